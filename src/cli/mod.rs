@@ -1,0 +1,50 @@
+//! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
+//! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
+
+pub mod terminal;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Designs and fabricates deformable objects.
+#[derive(Debug, Parser)]
+#[command(name = "pliant", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {}
+
+/// What a command found out, once it ran to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Done, or yes: exit code 0.
+    Done,
+    /// No: exit code 1 (a record does not validate, a solve does not reach its load).
+    Negative,
+}
+
+/// Reads the arguments, runs the command, and answers with the exit code.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    match run(&cli) {
+        Ok(Answer::Done) => ExitCode::SUCCESS,
+        Ok(Answer::Negative) => ExitCode::from(1),
+        Err(report) => {
+            terminal::complain(&report);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(cli: &Cli) -> miette::Result<Answer> {
+    match cli.command {}
+}

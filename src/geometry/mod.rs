@@ -1,0 +1,3 @@
+//! Shapes: surfaces, volumes, and the files that hold them. Rooms: [`surface`].
+
+pub mod surface;

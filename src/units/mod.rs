@@ -1,0 +1,1 @@
+//! Quantities at the borders. Inside, everything is in N, mm and MPa.
