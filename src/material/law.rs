@@ -34,7 +34,7 @@ pub enum Law {
     /// The same in all directions.
     Isotropic(IsotropicRbf),
     /// The same in all directions about one axis.
-    TransverselyIsotropic(TransverseRbf),
+    TransverselyIsotropic(Box<TransverseRbf>),
 }
 
 /// Why numbers make no material.
@@ -214,7 +214,7 @@ impl Law {
     pub fn rotated(&self, axis: &Vec3) -> Law {
         match self {
             Law::Isotropic(law) => Law::Isotropic(law.clone()),
-            Law::TransverselyIsotropic(law) => Law::TransverselyIsotropic(law.rotated(axis)),
+            Law::TransverselyIsotropic(law) => Law::TransverselyIsotropic(Box::new(law.rotated(axis))),
         }
     }
 }

@@ -49,7 +49,7 @@ fn transverse() -> Law {
     .map(TransverseModuli::from_array);
     let range = Range::new([-0.5, -0.35, 0.0, 0.0], [0.2, 0.2, 0.35, 0.45]).unwrap();
     let law = TransverseRbf::interpolating(&centres, &moduli, range).unwrap();
-    Law::TransverselyIsotropic(law).rotated(&Vec3::new(1.0, -2.0, 0.5))
+    Law::TransverselyIsotropic(Box::new(law)).rotated(&Vec3::new(1.0, -2.0, 0.5))
 }
 
 fn random_strain(rng: &mut Xoshiro256PlusPlus, size: f64) -> Mandel {
