@@ -1,9 +1,10 @@
-//! Small dense algebra that every floor above shares: three-dimensional vectors and matrices, and symmetric tensors in
-//! Mandel notation. Rooms: [`mandel`],
-//! [`polar`].
+//! Small dense algebra that every floor above shares: three-dimensional vectors and matrices.
+//!
+//! Rooms: [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch), [`rbf`] (radial basis functions).
 
 pub mod mandel;
 pub mod polar;
+pub mod rbf;
 
 /// A point, displacement or force in space, `(3)`.
 pub type Vec3 = nalgebra::Vector3<f64>;

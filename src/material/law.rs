@@ -1,0 +1,224 @@
+//! The constitutive law at a point.
+//!
+//! ```text
+//! T = E(p(ε)) ε,     ε = RᵀF − I
+//! ```
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | F = RU | deformation gradient and its polar decomposition, det R = +1 | – |
+//! | ε | Biot strain U − I, Mandel notation | – |
+//! | T | Biot stress, Mandel notation, in the unrotated frame; P = R T is the nominal stress | MPa |
+//! | E(p) | secant stiffness at the stiffness parameters p, symmetric and positive definite | MPa |
+//!
+//! The parameters depend on strain by radial basis functions over strain invariants (Bickel 2010, (7.9)–(7.10), (8.2);
+//! with a constant term as in Carr et al. 2001). What is interpolated is unconstrained (logarithms, a Cholesky factor),
+//! so E is positive definite at every strain, not only at the centres.
+//!
+//! Validity: the fitted range of strain. Outside it each invariant is moved to the nearest one in the range, so the
+//! secant stiffness stays what it was at the border. The laws are Cauchy-elastic: stress depends on strain alone, the
+//! tangent dT/dε is not symmetric in general, and closed strain paths may make work.
+
+use super::isotropic::IsotropicRbf;
+use super::transverse::TransverseRbf;
+use crate::math::Vec3;
+use crate::math::mandel::{Mandel, Mandel6};
+
+/// Smooths norms of strain at zero, `|a| → √(|a|² + δ²) − δ`: a norm's gradient has no limit at rest, and Newton would
+/// see a different tangent from every side. A tenth of a percent lies below what coupons resolve.
+pub const SMOOTHING_STRAIN: f64 = 1e-3;
+
+/// A material's answer to strain.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Law {
+    /// The same in all directions.
+    Isotropic(IsotropicRbf),
+    /// The same in all directions about one axis.
+    TransverselyIsotropic(Box<TransverseRbf>),
+}
+
+/// Why numbers make no material.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LawError {
+    /// A modulus that is not a positive number.
+    #[error("{name} = {value} MPa: a modulus must be a positive number")]
+    Modulus {
+        /// Which modulus.
+        name: &'static str,
+        /// The value found [MPa].
+        value: f64,
+    },
+    /// Poisson's ratio outside what is positive definite.
+    #[error(
+        "Poisson's ratio {0}: it must lie above −1 and below 0.5 (0.49 stands for nearly incompressible)"
+    )]
+    Poisson(f64),
+    /// Transversely isotropic moduli whose matrix is not positive definite.
+    #[error("moduli {0:?} MPa (E11, E12, E13, E33, E44) are not positive definite: {1}")]
+    Indefinite([f64; 5], &'static str),
+    /// A range that does not hold the state at rest, or is not a range.
+    #[error("invariant {index}: range {low} to {high} must hold 0 (rest) and be finite or unbounded")]
+    Range {
+        /// Which invariant, from 0.
+        index: usize,
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+    },
+    /// The centres do not determine an interpolant.
+    #[error("the centres do not determine an interpolation: {0}")]
+    Interpolation(#[from] crate::math::rbf::RbfError),
+    /// Weights that do not belong to the centres.
+    #[error("weights: {0}")]
+    Weights(String),
+}
+
+/// The box of strain invariants that a law was fitted in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range<const D: usize> {
+    low: [f64; D],
+    high: [f64; D],
+}
+
+impl<const D: usize> Range<D> {
+    /// Without limits.
+    pub const UNBOUNDED: Self = Range {
+        low: [f64::NEG_INFINITY; D],
+        high: [f64::INFINITY; D],
+    };
+
+    /// The box from `low` to `high`, `(D)` each.
+    ///
+    /// # Errors
+    /// If an interval does not hold zero, the state at rest, or an end is not a number.
+    pub fn new(low: [f64; D], high: [f64; D]) -> Result<Self, LawError> {
+        for index in 0..D {
+            // A chain of comparisons that NaN fails.
+            if !(low[index] <= 0.0 && high[index] >= 0.0) {
+                return Err(LawError::Range {
+                    index,
+                    low: low[index],
+                    high: high[index],
+                });
+            }
+        }
+        Ok(Range { low, high })
+    }
+
+    /// Lower ends, `(D)`.
+    pub fn low(&self) -> &[f64; D] {
+        &self.low
+    }
+
+    /// Upper ends, `(D)`.
+    pub fn high(&self) -> &[f64; D] {
+        &self.high
+    }
+
+    /// Whether `q` lies in the box.
+    #[inline]
+    pub fn contains(&self, q: &[f64; D]) -> bool {
+        (0..D).all(|d| q[d] >= self.low[d] && q[d] <= self.high[d])
+    }
+
+    /// The point of the box nearest to `q`.
+    #[inline]
+    pub fn nearest(&self, q: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|d| q[d].max(self.low[d]).min(self.high[d]))
+    }
+
+    /// Sets to zero the columns of a gradient `(V × D)` along which [`Range::nearest`] does not move.
+    #[inline]
+    pub(super) fn hold<const V: usize>(&self, q: &[f64; D], gradient: &mut [[f64; D]; V]) {
+        for d in 0..D {
+            if q[d] < self.low[d] || q[d] > self.high[d] {
+                for row in gradient.iter_mut() {
+                    row[d] = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// `√(a² + δ²) − δ` and its derivative with respect to a² times two, `1/√(a² + δ²)`.
+#[inline]
+pub(super) fn smooth_norm(squared: f64) -> (f64, f64) {
+    let root = (squared + SMOOTHING_STRAIN * SMOOTHING_STRAIN).sqrt();
+    (root - SMOOTHING_STRAIN, 1.0 / root)
+}
+
+impl Law {
+    /// Hooke's law with constant moduli: Young's modulus [MPa] and Poisson's ratio.
+    ///
+    /// # Errors
+    /// If the modulus is not positive or the ratio lies outside (−1, 0.5).
+    pub fn linear_isotropic(young_mpa: f64, poisson: f64) -> Result<Law, LawError> {
+        IsotropicRbf::linear(young_mpa, poisson).map(Law::Isotropic)
+    }
+
+    /// Biot stress [MPa] at Biot strain, both `(6)`.
+    #[inline]
+    pub fn stress(&self, strain: &Mandel) -> Mandel {
+        match self {
+            Law::Isotropic(law) => law.stress(strain),
+            Law::TransverselyIsotropic(law) => law.stress(strain),
+        }
+    }
+
+    /// Biot stress `(6)` [MPa] and the consistent tangent dT/dε `(6 × 6)` [MPa], in general not symmetric.
+    #[inline]
+    pub fn stress_and_tangent(&self, strain: &Mandel) -> (Mandel, Mandel6) {
+        match self {
+            Law::Isotropic(law) => law.stress_and_tangent(strain),
+            Law::TransverselyIsotropic(law) => law.stress_and_tangent(strain),
+        }
+    }
+
+    /// Biot stress `(6)` [MPa] and the secant stiffness E(p(ε)) `(6 × 6)` [MPa], symmetric positive definite.
+    #[inline]
+    pub fn stress_and_secant(&self, strain: &Mandel) -> (Mandel, Mandel6) {
+        match self {
+            Law::Isotropic(law) => law.stress_and_secant(strain),
+            Law::TransverselyIsotropic(law) => law.stress_and_secant(strain),
+        }
+    }
+
+    /// Secant Young's modulus at `strain` [MPa]; along the axis for a transversely isotropic material.
+    pub fn young_modulus(&self, strain: &Mandel) -> f64 {
+        match self {
+            Law::Isotropic(law) => law.young_modulus(strain),
+            Law::TransverselyIsotropic(law) => law.young_modulus(strain),
+        }
+    }
+
+    /// Whether `strain` lies in the range that the law was fitted in.
+    #[inline]
+    pub fn in_range(&self, strain: &Mandel) -> bool {
+        match self {
+            Law::Isotropic(law) => law.in_range(strain),
+            Law::TransverselyIsotropic(law) => law.in_range(strain),
+        }
+    }
+
+    /// Poisson's ratio at zero strain; for load along the axis for a transversely isotropic material.
+    pub fn poisson_ratio_at_rest(&self) -> f64 {
+        match self {
+            Law::Isotropic(law) => law.poisson_ratio_at_rest(),
+            Law::TransverselyIsotropic(law) => law.poisson_ratio_at_rest(),
+        }
+    }
+
+    /// The same material with its axis along `axis` (any length; a zero or non-finite one leaves the law as it is).
+    /// An isotropic material has no axis and stays itself.
+    pub fn rotated(&self, axis: &Vec3) -> Law {
+        match self {
+            Law::Isotropic(law) => Law::Isotropic(law.clone()),
+            Law::TransverselyIsotropic(law) => Law::TransverselyIsotropic(Box::new(law.rotated(axis))),
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "law_tests.rs"]
+mod tests;
