@@ -303,7 +303,7 @@ impl<'a> Solver<'a> {
                 Attempt::Arrived(r) => {
                     residual = r;
                     path.accept(u, next);
-                    increment = 2.0 * increment;
+                    increment *= 2.0;
                 }
                 Attempt::Failed(stop) => {
                     increment = 0.5 * (next - path.factor);
