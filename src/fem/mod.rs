@@ -5,6 +5,7 @@
 
 pub mod elements;
 pub mod equilibrium;
+pub mod example;
 pub mod forces;
 pub mod model;
 pub mod stiffness;
