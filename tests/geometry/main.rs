@@ -1,0 +1,5 @@
+//! Shapes, solids and mesh files, on made surfaces and on real scans.
+
+mod files;
+mod scans;
+mod solids;
