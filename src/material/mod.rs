@@ -4,6 +4,7 @@
 //! σ = E(p(ε)) ε (Bickel 2010, sections 7.2 and 8.2). Rooms: [`law`] is what elements call; [`isotropic`] and
 //! [`transverse`] are the two kinds.
 
+pub mod homogeneous;
 pub mod isotropic;
 pub mod law;
 pub mod transverse;

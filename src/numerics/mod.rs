@@ -1,1 +1,3 @@
-//! (being built)
+//! Numerical methods that the floors above share. Rooms: [`least_squares`].
+
+pub mod least_squares;
