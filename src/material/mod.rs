@@ -2,8 +2,13 @@
 //!
 //! A law maps Biot strain to Biot stress through a secant stiffness that depends on strain by radial basis functions,
 //! σ = E(p(ε)) ε (Bickel 2010, sections 7.2 and 8.2). Rooms: [`law`] is what elements call; [`isotropic`] and
-//! [`transverse`] are the two kinds.
+//! [`transverse`] are the two kinds; [`homogeneous`] answers the tests of a coupon; [`record`] is a material on disk,
+//! [`check`] says whether to trust it, [`database`] is the folder of all.
 
+pub mod check;
+pub mod database;
+pub mod homogeneous;
 pub mod isotropic;
 pub mod law;
+pub mod record;
 pub mod transverse;

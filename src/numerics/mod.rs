@@ -1,6 +1,9 @@
-//! Sparse direct solution and accelerated iteration. Rooms: [`ordering`] (a fill-reducing order from node positions),
-//! [`cholesky`] (one symbolic factorisation, many numeric ones), [`anderson`] (acceleration of a fixed point).
+//! Sparse direct solution, accelerated iteration, least squares.
+//!
+//! Rooms: [`ordering`] (a fill-reducing order from node positions), [`cholesky`] (one symbolic factorisation, many
+//! numeric ones), [`anderson`] (acceleration of a fixed point), [`least_squares`] (Levenberg–Marquardt).
 
 pub mod anderson;
 pub mod cholesky;
+pub mod least_squares;
 pub mod ordering;

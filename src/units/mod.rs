@@ -1,8 +1,9 @@
 //! Quantities at the borders. Inside, everything is in newtons, millimetres and megapascals (N/mm² = MPa), masses in
 //! tonnes and times in seconds, so that force = mass · acceleration needs no factor. A quantity that a person writes
 //! carries its unit and is read here; a bare number is refused, because it hides the one mistake that no later check
-//! can see. Rooms: [`quantity`], [`length_unit`].
+//! can see. Rooms: [`quantity`], [`length_unit`], [`document`] (a TOML file with the places of its mistakes).
 
+pub mod document;
 pub mod length_unit;
 pub mod quantity;
 

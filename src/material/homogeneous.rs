@@ -1,0 +1,157 @@
+//! What a law answers in the homogeneous tests of a coupon.
+//!
+//! ```text
+//! uniaxial:       ε = diag(e, e, a),  T_xx(e, a) = 0  →  e;   nominal stress P = T_zz
+//! simple shear:   F = I + γ e1⊗e2,  F = RU,  P = R T(U − I);  nominal shear stress P_12
+//! ```
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | a, e | engineering strain along z and across it | – |
+//! | γ | shear | – |
+//! | T, P | Biot stress; first Piola–Kirchhoff (nominal) stress, force over reference area | MPa |
+//!
+//! In a uniaxial test R = I, so Biot stress is the nominal one. Validity: isotropic laws, and transversely isotropic
+//! ones loaded along their axis z. In simple shear nothing holds the normal stresses at zero, as between bonded plates.
+
+use super::law::Law;
+use crate::math::Mat3;
+use crate::math::mandel::{Mandel, from_tensor, to_tensor};
+
+/// A state of uniaxial stress along z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uniaxial {
+    /// Engineering strain along z.
+    pub axial: f64,
+    /// Engineering strain across z, from zero lateral stress.
+    pub lateral: f64,
+    /// Nominal stress along z [MPa].
+    pub stress: f64,
+}
+
+impl Uniaxial {
+    /// The strain, `(6)`.
+    pub fn strain(&self) -> Mandel {
+        Mandel::new(self.lateral, self.lateral, self.axial, 0.0, 0.0, 0.0)
+    }
+}
+
+/// The uniaxial state at engineering strain `axial` along z.
+pub fn uniaxial(law: &Law, axial: f64) -> Uniaxial {
+    let at = |e: f64| law.stress(&Mandel::new(e, e, axial, 0.0, 0.0, 0.0));
+    // Positive definiteness of an isotropic secant puts its Poisson's ratio, and with it −e/a, between −1 and ½;
+    // an anisotropic one may leave that, so the bracket is wider.
+    let (mut low, mut high) = (-2.0 * axial.abs(), 2.0 * axial.abs());
+    let mut lateral = -law.poisson_ratio_at_rest() * axial;
+    if axial != 0.0 {
+        for _ in 0..80 {
+            let strain = Mandel::new(lateral, lateral, axial, 0.0, 0.0, 0.0);
+            let (stress, tangent) = law.stress_and_tangent(&strain);
+            // Stress across rises with strain across: the sign tells the side of the root.
+            if stress[0] > 0.0 {
+                high = lateral;
+            } else {
+                low = lateral;
+            }
+            let slope = tangent[(0, 0)] + tangent[(0, 1)];
+            let newton = lateral - stress[0] / slope;
+            let next = if newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
+            let settled = (next - lateral).abs() <= 1e-15 * axial.abs();
+            lateral = next;
+            if settled {
+                break;
+            }
+        }
+    }
+    Uniaxial {
+        axial,
+        lateral,
+        stress: at(lateral)[2],
+    }
+}
+
+/// Biot strain of simple shear γ in the plane of x and y, `(6)`, and the rotation of its polar decomposition.
+pub fn simple_shear(gamma: f64) -> (Mandel, Mat3) {
+    // In two dimensions R is F plus its cofactor, scaled: [[2, γ], [−γ, 2]]/√(4 + γ²).
+    let scale = 1.0 / (4.0 + gamma * gamma).sqrt();
+    let (c, s) = (2.0 * scale, gamma * scale);
+    let rotation = Mat3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+    let gradient = Mat3::new(1.0, gamma, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    (
+        from_tensor(&(rotation.transpose() * gradient - Mat3::identity())),
+        rotation,
+    )
+}
+
+/// Nominal shear stress P_12 [MPa] in simple shear γ.
+pub fn shear_stress(law: &Law, gamma: f64) -> f64 {
+    let (strain, rotation) = simple_shear(gamma);
+    (rotation * to_tensor(&law.stress(&strain)))[(0, 1)]
+}
+
+/// The first engineering strain between 0 and `end`, in `steps` steps, at which the nominal stress of the uniaxial
+/// test no longer grows in size: a fold, where a pressed object would snap and a load has no single answer.
+pub fn first_fold(law: &Law, end: f64, steps: usize) -> Option<f64> {
+    let mut before = 0.0;
+    for i in 1..=steps {
+        let axial = end * i as f64 / steps as f64;
+        let stress = uniaxial(law, axial).stress * end.signum();
+        if stress.is_nan() || stress <= before {
+            return Some(axial);
+        }
+        before = stress;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hookes_law_in_closed_form() {
+        let law = Law::linear_isotropic(0.3, 0.4).unwrap();
+        for axial in [-0.5, 0.0, 1.2] {
+            let state = uniaxial(&law, axial);
+            assert!(
+                (state.stress - 0.3 * axial).abs() < 1e-14 && (state.lateral + 0.4 * axial).abs() < 1e-14
+            );
+        }
+        // P12 with μ = E/2.8 and λ = 2μν/(1−2ν) = 4μ: from R and U by hand, with s = √(4 + γ²):
+        // U − I = [[2/s − 1, γ/s], [γ/s, (2 + γ²)/s − 1]], tr = s − 2, P12 = (2/s) T12 + (γ/s) T22.
+        let (mu, gamma) = (0.3 / 2.8, 0.6_f64);
+        let s = (4.0 + gamma * gamma).sqrt();
+        let t12 = 2.0 * mu * gamma / s;
+        let t22 = 2.0 * mu * ((2.0 + gamma * gamma) / s - 1.0) + 4.0 * mu * (s - 2.0);
+        let expected = (2.0 * t12 + gamma * t22) / s;
+        assert!((shear_stress(&law, gamma) - expected).abs() < 1e-14);
+        assert!((shear_stress(&law, 1e-6) / 1e-6 - mu).abs() < 1e-9);
+    }
+
+    #[test]
+    fn finds_a_fold() {
+        use crate::material::isotropic::IsotropicRbf;
+        use crate::material::law::Range;
+        // The modulus falls from 1 to 0.1 MPa between 10 % and 20 %: σ falls from 0.1 to about 0.02 MPa.
+        let at = |a: f64| {
+            let strain = Mandel::new(-0.3 * a, -0.3 * a, a, 0.0, 0.0, 0.0);
+            crate::material::isotropic::invariants(&strain)
+        };
+        let centres = [at(-0.001), at(-0.1), at(-0.2)];
+        let moduli = [1.0, 1.0, 0.1].map(|e| {
+            let (shear, bulk) = crate::material::isotropic::shear_and_bulk(e, 0.3).unwrap();
+            [shear, bulk]
+        });
+        let law = IsotropicRbf::interpolating(&centres, &moduli, Range::UNBOUNDED).unwrap();
+        let fold = first_fold(&Law::Isotropic(law), -0.2, 100).unwrap();
+        assert!(fold < -0.095 && fold > -0.12, "{fold}");
+        assert_eq!(
+            first_fold(&Law::linear_isotropic(1.0, 0.3).unwrap(), -0.9, 100),
+            None
+        );
+    }
+}

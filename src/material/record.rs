@@ -1,0 +1,565 @@
+//! The material record: one TOML file per material.
+//!
+//! A record holds everything that is needed to use a material years later without its measurements: the law, the range
+//! of strain it was fitted in, density, colour, what was measured and where that came from, how well the law answers
+//! the measurement, what had to be assumed. `docs/formats-materials.md` describes the file.
+
+use super::isotropic::IsotropicRbf;
+use super::law::{Law, LawError, Range};
+use super::transverse::{TransverseModuli, TransverseRbf};
+use crate::math::rbf::LinearRbf;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// The version of the record that this program reads and writes.
+pub const SCHEMA: u32 = 1;
+
+/// The symmetry of a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// The same in all directions.
+    Isotropic,
+    /// The same in all directions about the z axis.
+    TransverselyIsotropic,
+}
+
+impl Kind {
+    /// The word of the file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Isotropic => "isotropic",
+            Kind::TransverselyIsotropic => "transversely-isotropic",
+        }
+    }
+
+    /// Number of strain invariants.
+    pub fn invariants(self) -> usize {
+        match self {
+            Kind::Isotropic => 3,
+            Kind::TransverselyIsotropic => 4,
+        }
+    }
+
+    /// Number of moduli, and of interpolated quantities.
+    pub fn moduli(self) -> usize {
+        match self {
+            Kind::Isotropic => 2,
+            Kind::TransverselyIsotropic => 5,
+        }
+    }
+}
+
+/// A material as it stands in `materials-db/ID.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MaterialRecord {
+    /// Version of the format.
+    pub schema: u32,
+    /// The name of the file without its ending: lower-case letters, digits and hyphens.
+    pub id: String,
+    /// The name for people.
+    pub name: String,
+    /// The symmetry.
+    pub kind: Kind,
+    /// Made up or estimated, not measured.
+    pub synthetic: bool,
+    /// Display colour, `#rrggbb`.
+    pub colour: String,
+    /// Mass per volume of the material as a block, holes included [g/cm³].
+    pub density_g_per_cm3: f64,
+    /// What the measurement does not say and the law needed.
+    pub assumptions: Vec<String>,
+    /// How an object of it can be made.
+    pub printability: Printability,
+    /// Where the measurement comes from.
+    pub source: Source,
+    /// The law.
+    pub model: Model,
+    /// What was measured, with the law's error. Empty for a synthetic material.
+    #[serde(default)]
+    pub measurements: Vec<Measurement>,
+    /// Strains and the stresses that the law answered when the record was made.
+    #[serde(default)]
+    pub checks: Vec<CheckPair>,
+}
+
+/// How an object of a material can be made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Printability {
+    /// Whether a multi-material printer can lay it down.
+    pub printable: bool,
+    /// How it is made, in a few words.
+    pub process: String,
+}
+
+/// Where numbers come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// Whom to cite.
+    pub citation: String,
+    /// Under which terms the data is given.
+    pub licence: String,
+    /// Where it lies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<String>,
+}
+
+/// The strain-dependent stiffness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// Constants of the interpolated quantities, `(V)`.
+    pub constant: Vec<f64>,
+    /// The fitted range of strain.
+    pub range: ModelRange,
+    /// The centres.
+    pub centres: Vec<Centre>,
+}
+
+/// The fitted range of strain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelRange {
+    /// Least and largest engineering strain of the uniaxial tests (along z).
+    pub engineering_strain: [f64; 2],
+    /// Lower ends of the invariants, `(D)`.
+    pub low: Vec<f64>,
+    /// Upper ends of the invariants, `(D)`.
+    pub high: Vec<f64>,
+}
+
+/// One centre of the interpolation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Centre {
+    /// Strain invariants, `(D)`.
+    pub invariants: Vec<f64>,
+    /// Moduli there, for people [MPa]: shear and bulk, or E11 E12 E13 E33 E44.
+    pub moduli_mpa: Vec<f64>,
+    /// Weights, `(V)`.
+    pub weights: Vec<f64>,
+}
+
+/// One test of a specimen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// The test, as `uniaxial-compression`.
+    pub test: String,
+    /// The specimen.
+    pub specimen: String,
+    /// When it was tested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// The file of the raw data in the source.
+    pub file: String,
+    /// Strain fitted: engineering strain, or shear.
+    pub strain: [f64; 2],
+    /// Points compared.
+    pub points: usize,
+    /// Root mean square of the law's stress error over that of the measured stress.
+    pub relative_rms: f64,
+    /// The same for the lateral strain, where it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral_relative_rms: Option<f64>,
+}
+
+/// A strain and the stress that the law answered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CheckPair {
+    /// Biot strain, Mandel notation.
+    pub strain: [f64; 6],
+    /// Biot stress [MPa], Mandel notation.
+    pub stress_mpa: [f64; 6],
+}
+
+/// Why a record could not be read or used.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file can't be read.
+    #[error("{}: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is no TOML, or a field is missing or of the wrong type.
+    #[error("{}, line {line}: {message}", file.display())]
+    Syntax {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// A field holds what can't be right.
+    #[error("{}, line {line}: {field} = {value}: expected {expected}", file.display())]
+    Field {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// Path of the field, as `model.centres[2].weights`.
+        field: String,
+        /// The value found.
+        value: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// The numbers make no law.
+    #[error("{id}: {source}")]
+    Law {
+        /// The record.
+        id: String,
+        /// Why.
+        source: LawError,
+    },
+}
+
+/// What a file says that is not quite right but does not stop its use.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unknown {
+    /// The line, from 1.
+    pub line: usize,
+    /// Path of the field that this version does not know.
+    pub field: String,
+}
+
+impl MaterialRecord {
+    /// Reads a record from the text of its file; `file` is for messages. Also answers which fields it did not know.
+    ///
+    /// # Errors
+    /// No TOML, a missing field, a wrong type, another schema version, lists whose length does not fit the kind.
+    pub fn parse(text: &str, file: &Path) -> Result<(Self, Vec<Unknown>), RecordError> {
+        let record: MaterialRecord = read_toml(text, file)?;
+        if record.schema != SCHEMA {
+            return Err(field_error(
+                text,
+                file,
+                "schema",
+                &record.schema,
+                &format!("{SCHEMA}"),
+            ));
+        }
+        record.check_lengths(text, file)?;
+        let unknown = unknown_fields(text, &record);
+        Ok((record, unknown))
+    }
+
+    fn check_lengths(&self, text: &str, file: &Path) -> Result<(), RecordError> {
+        let (d, v) = (self.kind.invariants(), self.kind.moduli());
+        let kind = self.kind.word();
+        let wrong = |field: String, list: &[f64], length: usize| {
+            let expected = format!("{length} numbers, for a material that is {kind}");
+            Err(field_error(text, file, &field, &format!("{list:?}"), &expected))
+        };
+        let lists = [
+            ("model.constant", &self.model.constant, v),
+            ("model.range.low", &self.model.range.low, d),
+            ("model.range.high", &self.model.range.high, d),
+        ];
+        for (field, list, length) in lists {
+            if list.len() != length {
+                return wrong(field.into(), list, length);
+            }
+        }
+        for (i, centre) in self.model.centres.iter().enumerate() {
+            let lists = [
+                ("invariants", &centre.invariants, d),
+                ("moduli_mpa", &centre.moduli_mpa, v),
+                ("weights", &centre.weights, v),
+            ];
+            for (field, list, length) in lists {
+                if list.len() != length {
+                    return wrong(format!("model.centres[{i}].{field}"), list, length);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The law of the stored weights, axis along z.
+    ///
+    /// # Errors
+    /// Numbers that make no law; the message names the record.
+    pub fn law(&self) -> Result<Law, RecordError> {
+        let named = |source| RecordError::Law {
+            id: self.id.clone(),
+            source,
+        };
+        let model = &self.model;
+        match self.kind {
+            Kind::Isotropic => {
+                let range = model.range.invariants::<3>().map_err(named)?;
+                let law = IsotropicRbf::from_weights(model.interpolant::<3, 2>().map_err(named)?, range);
+                law.map(Law::Isotropic).map_err(named)
+            }
+            Kind::TransverselyIsotropic => {
+                let range = model.range.invariants::<4>().map_err(named)?;
+                let law = TransverseRbf::from_weights(model.interpolant::<4, 5>().map_err(named)?, range);
+                law.map(|law| Law::TransverselyIsotropic(Box::new(law)))
+                    .map_err(named)
+            }
+        }
+    }
+
+    /// The law that the moduli at the centres make, for comparison with the stored weights.
+    ///
+    /// # Errors
+    /// Moduli that make no law.
+    pub fn law_from_moduli(&self) -> Result<Law, RecordError> {
+        let named = |source| RecordError::Law {
+            id: self.id.clone(),
+            source,
+        };
+        let model = &self.model;
+        match self.kind {
+            Kind::Isotropic => {
+                let (centres, moduli) = model.rows::<3, 2>().map_err(named)?;
+                let range = model.range.invariants::<3>().map_err(named)?;
+                IsotropicRbf::interpolating(&centres, &moduli, range)
+                    .map(Law::Isotropic)
+                    .map_err(named)
+            }
+            Kind::TransverselyIsotropic => {
+                let (centres, moduli) = model.rows::<4, 5>().map_err(named)?;
+                let moduli: Vec<_> = moduli.into_iter().map(TransverseModuli::from_array).collect();
+                let range = model.range.invariants::<4>().map_err(named)?;
+                TransverseRbf::interpolating(&centres, &moduli, range)
+                    .map(|law| Law::TransverselyIsotropic(Box::new(law)))
+                    .map_err(named)
+            }
+        }
+    }
+
+    /// The largest relative error over all tests; none for a material that was not measured.
+    pub fn relative_rms(&self) -> Option<f64> {
+        self.measurements
+            .iter()
+            .map(|m| m.relative_rms)
+            .fold(None, |worst, e| Some(worst.map_or(e, |w: f64| w.max(e))))
+    }
+
+    /// The file's text.
+    ///
+    /// # Errors
+    /// If a value can't be written as TOML.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        let (invariants, moduli) = match self.kind {
+            Kind::Isotropic => ("tr e/sqrt(3), |dev e|, |dev e| cos 3theta", "shear, bulk"),
+            Kind::TransverselyIsotropic => (
+                "axial strain, in-plane area strain/sqrt(2), |in-plane deviator|, |axial shear|",
+                "E11, E12, E13, E33, E44",
+            ),
+        };
+        let body = toml::to_string(self)?;
+        Ok(format!(
+            "# A material of pliant; docs/formats-materials.md describes the fields.\n\
+             # invariants: {invariants}\n# moduli_mpa: {moduli}\n{body}"
+        ))
+    }
+}
+
+type Rows<const D: usize, const V: usize> = (Vec<[f64; D]>, Vec<[f64; V]>);
+
+fn fixed<const N: usize>(list: &[f64]) -> Result<[f64; N], LawError> {
+    list.try_into()
+        .map_err(|_| LawError::Weights(format!("{} numbers where {N} belong", list.len())))
+}
+
+impl ModelRange {
+    /// The box of the law.
+    fn invariants<const D: usize>(&self) -> Result<Range<D>, LawError> {
+        Range::new(fixed(&self.low)?, fixed(&self.high)?)
+    }
+}
+
+impl Model {
+    fn interpolant<const D: usize, const V: usize>(&self) -> Result<LinearRbf<D, V>, LawError> {
+        let centres = self
+            .centres
+            .iter()
+            .map(|c| fixed(&c.invariants))
+            .collect::<Result<_, _>>()?;
+        let weights = self
+            .centres
+            .iter()
+            .map(|c| fixed(&c.weights))
+            .collect::<Result<_, _>>()?;
+        Ok(LinearRbf {
+            centres,
+            weights,
+            constant: fixed(&self.constant)?,
+        })
+    }
+
+    fn rows<const D: usize, const V: usize>(&self) -> Result<Rows<D, V>, LawError> {
+        let centres = self
+            .centres
+            .iter()
+            .map(|c| fixed(&c.invariants))
+            .collect::<Result<_, _>>()?;
+        let moduli = self
+            .centres
+            .iter()
+            .map(|c| fixed(&c.moduli_mpa))
+            .collect::<Result<_, _>>()?;
+        Ok((centres, moduli))
+    }
+
+    /// The stored form of a law whose moduli at the centres are `moduli`.
+    pub fn of(law: &Law, engineering_strain: [f64; 2]) -> Self {
+        match law {
+            Law::Isotropic(law) => {
+                let (rbf, range) = (law.log_moduli(), law.range());
+                Self::assemble(rbf, |v| v.map(f64::exp).to_vec(), range, engineering_strain)
+            }
+            Law::TransverselyIsotropic(law) => {
+                let (rbf, range) = (law.parameters(), law.range());
+                let moduli = |v: &[f64; 5]| TransverseModuli::from_parameters(v).to_array().to_vec();
+                Self::assemble(rbf, moduli, range, engineering_strain)
+            }
+        }
+    }
+
+    fn assemble<const D: usize, const V: usize>(
+        rbf: &LinearRbf<D, V>,
+        moduli: impl Fn(&[f64; V]) -> Vec<f64>,
+        range: &Range<D>,
+        engineering_strain: [f64; 2],
+    ) -> Self {
+        let centre = |(q, w): (&[f64; D], &[f64; V])| Centre {
+            invariants: q.to_vec(),
+            // Twelve digits: for people, and without the last bits' noise of exp and ln.
+            moduli_mpa: moduli(&rbf.value(q))
+                .iter()
+                .map(|&m| significant(m, 12))
+                .collect(),
+            weights: w.to_vec(),
+        };
+        Model {
+            constant: rbf.constant.to_vec(),
+            range: ModelRange {
+                engineering_strain,
+                low: range.low().to_vec(),
+                high: range.high().to_vec(),
+            },
+            centres: rbf.centres.iter().zip(&rbf.weights).map(centre).collect(),
+        }
+    }
+}
+
+/// `x` rounded to so many significant digits.
+pub fn significant(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
+}
+
+/// Reads any TOML file into `T`, with the line of what is wrong.
+///
+/// # Errors
+/// [`RecordError::Syntax`].
+pub fn read_toml<T: serde::de::DeserializeOwned>(text: &str, file: &Path) -> Result<T, RecordError> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().map_or(1, |span| line_of(text, span.start));
+        RecordError::Syntax {
+            file: file.to_path_buf(),
+            line,
+            message: error.message().to_string(),
+        }
+    })
+}
+
+/// A [`RecordError::Field`] at the line where `field` stands.
+pub fn field_error(
+    text: &str,
+    file: &Path,
+    field: &str,
+    value: &dyn std::fmt::Display,
+    expected: &str,
+) -> RecordError {
+    RecordError::Field {
+        file: file.to_path_buf(),
+        line: line_of_field(text, field),
+        field: field.into(),
+        value: value.to_string(),
+        expected: expected.into(),
+    }
+}
+
+/// The line, from 1, of a byte offset.
+fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.bytes().take(offset).filter(|&b| b == b'\n').count()
+}
+
+/// The line, from 1, where a field such as `model.centres[2].weights` stands; that of the nearest table that holds it
+/// if it is missing, 1 if the text is no TOML.
+pub fn line_of_field(text: &str, field: &str) -> usize {
+    use toml::de::{DeTable, DeValue};
+    let Ok(root) = DeTable::parse(text) else { return 1 };
+    let mut offset = 0;
+    let mut table = Some(root.get_ref());
+    let mut list: Option<&toml::de::DeArray<'_>> = None;
+    for part in field.split(['.', '[']) {
+        let value = match part.strip_suffix(']') {
+            Some(index) => index
+                .parse::<usize>()
+                .ok()
+                .and_then(|i| list.and_then(|l| l.get(i))),
+            None => match table.and_then(|t| t.get_key_value(part)) {
+                Some((key, value)) => {
+                    offset = key.span().start;
+                    Some(value)
+                }
+                None => None,
+            },
+        };
+        let Some(value) = value else { break };
+        if part.ends_with(']') {
+            offset = value.span().start;
+        }
+        (table, list) = match value.get_ref() {
+            DeValue::Table(t) => (Some(t), None),
+            DeValue::Array(l) => (None, Some(l)),
+            _ => (None, None),
+        };
+    }
+    line_of(text, offset)
+}
+
+/// The fields of `text` that are not in `known` when that is written again.
+pub fn unknown_fields<T: Serialize>(text: &str, known: &T) -> Vec<Unknown> {
+    let (Ok(found), Ok(written)) = (toml::from_str::<toml::Value>(text), toml::Value::try_from(known)) else {
+        return Vec::new();
+    };
+    let mut paths = Vec::new();
+    missing_keys(&found, &written, "", &mut paths);
+    paths
+        .into_iter()
+        .map(|field| Unknown {
+            line: line_of_field(text, &field),
+            field,
+        })
+        .collect()
+}
+
+fn missing_keys(found: &toml::Value, written: &toml::Value, path: &str, out: &mut Vec<String>) {
+    match (found, written) {
+        (toml::Value::Table(found), toml::Value::Table(written)) => {
+            for (key, value) in found {
+                let here = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}.{key}")
+                };
+                match written.get(key) {
+                    Some(other) => missing_keys(value, other, &here, out),
+                    None => out.push(here),
+                }
+            }
+        }
+        (toml::Value::Array(found), toml::Value::Array(written)) => {
+            for (i, (value, other)) in found.iter().zip(written).enumerate() {
+                missing_keys(value, other, &format!("{path}[{i}]"), out);
+            }
+        }
+        _ => {}
+    }
+}
