@@ -1,0 +1,100 @@
+//! The rows that the page and the terminal share: a layout with its errors.
+
+use super::colour::Colour;
+
+/// The material of one cell of a layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellChoice {
+    /// The cell's name, as in `heel 2`.
+    pub cell: String,
+    /// The material's name.
+    pub material: String,
+    /// The material's display colour.
+    pub colour: Colour,
+}
+
+/// A layout and how close it comes to the goal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayoutRow {
+    /// 1 for the best; `None` for a row that is only there to compare with.
+    pub rank: Option<usize>,
+    /// What is special about it, as in `best single material`; empty for nothing.
+    pub note: String,
+    /// The material of each cell, in the goal's order.
+    pub cells: Vec<CellChoice>,
+    /// Root of the mean square displacement error \[mm\].
+    pub rms_mm: f64,
+    /// The same in percent of the largest target displacement.
+    pub rms_percent: f64,
+    /// The largest displacement error \[mm\].
+    pub max_mm: f64,
+    /// The same in percent of the largest target displacement.
+    pub max_percent: f64,
+    /// The object's mass \[g\], where the densities are known.
+    pub mass_g: Option<f64>,
+}
+
+impl LayoutRow {
+    /// `1`, `2`, … or the note of a row without a rank.
+    pub fn heading(&self) -> String {
+        match (self.rank, self.note.is_empty()) {
+            (Some(rank), true) => rank.to_string(),
+            (Some(rank), false) => format!("{rank} ({})", self.note),
+            (None, true) => "–".to_owned(),
+            (None, false) => self.note.clone(),
+        }
+    }
+
+    /// The cells with neighbours of one material joined: `heel 1 – heel 3` once instead of three times.
+    pub fn runs(&self) -> Vec<CellChoice> {
+        let mut runs: Vec<(CellChoice, String)> = Vec::new();
+        for cell in &self.cells {
+            match runs.last_mut() {
+                Some((run, last)) if run.material == cell.material && run.colour == cell.colour => {
+                    *last = cell.cell.clone();
+                }
+                _ => runs.push((cell.clone(), cell.cell.clone())),
+            }
+        }
+        let named = |(run, last): (CellChoice, String)| {
+            let cell = if run.cell == last {
+                run.cell
+            } else {
+                format!("{} – {last}", run.cell)
+            };
+            CellChoice { cell, ..run }
+        };
+        runs.into_iter().map(named).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_of_one_material_are_joined() {
+        let cell = |cell: &str, material: &str| CellChoice {
+            cell: cell.to_owned(),
+            material: material.to_owned(),
+            colour: Colour::qualitative(1),
+        };
+        let row = LayoutRow {
+            rank: Some(1),
+            note: String::new(),
+            cells: vec![cell("1", "a"), cell("2", "a"), cell("3", "b"), cell("4", "a")],
+            rms_mm: 0.1,
+            rms_percent: 1.0,
+            max_mm: 0.2,
+            max_percent: 2.0,
+            mass_g: None,
+        };
+        let runs: Vec<String> = row
+            .runs()
+            .into_iter()
+            .map(|run| format!("{}={}", run.cell, run.material))
+            .collect();
+        assert_eq!(runs, ["1 – 2=a", "3=b", "4=a"]);
+        assert_eq!(row.heading(), "1");
+    }
+}
