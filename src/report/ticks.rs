@@ -54,8 +54,12 @@ impl Ticks {
             value
         };
         let exponent = self.step.log10().floor();
-        if value != 0.0 && !(-5.0..5.0).contains(&exponent) {
-            return scientific(value, 3);
+        if !(-5.0..5.0).contains(&exponent) {
+            return if value == 0.0 {
+                "0".to_owned()
+            } else {
+                scientific(value, 3)
+            };
         }
         with_minus(format!("{:.*}", (-exponent).max(0.0) as usize, value))
     }
