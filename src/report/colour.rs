@@ -6,8 +6,8 @@
 //! (l, m, s) = M₁ · linear sRGB,    (L, a, b) = M₂ · (∛l, ∛m, ∛s),    L ∈ [0, 1] lightness
 //! ```
 //!
-//! The sequential map walks through it at constant steps of lightness from dark violet to light yellow, with as much
-//! chroma as an sRGB screen can show. So it orders values for every reader, and in grey print too.
+//! The sequential map walks through it at constant steps of lightness from dark violet to light yellow, with the same
+//! chroma throughout as far as an sRGB screen can show it. So it orders values for every reader, and in grey print too.
 
 use std::sync::OnceLock;
 
@@ -118,11 +118,11 @@ pub fn sequential(fraction: f64) -> Colour {
 }
 
 fn sequential_exact(fraction: f64) -> Colour {
-    let lightness = 0.27 + 0.66 * fraction;
+    let lightness = 0.30 + 0.62 * fraction;
     // 300° violet, 250° blue, 195° blue-green, 145° green, 105° yellow.
     let hue = (300.0 - 195.0 * fraction).to_radians();
     // Thirty halvings of the largest chroma that stays on the screen: far below one byte's step.
-    let (mut inside, mut outside) = (0.0, 0.17);
+    let (mut inside, mut outside) = (0.0, 0.125);
     for _ in 0..30 {
         let chroma = 0.5 * (inside + outside);
         let shown = linear_from_oklab([lightness, chroma * hue.cos(), chroma * hue.sin()]);
@@ -205,8 +205,8 @@ mod tests {
             .map(|step| sequential(f64::from(step) / 64.0).lightness())
             .collect();
         for pair in lightness.windows(2) {
-            // Equal steps of 0.66/64 = 0.0103, but for rounding to 256 colours and to bytes.
-            assert!((pair[1] - pair[0] - 0.66 / 64.0).abs() < 0.005, "{pair:?}");
+            // Equal steps of 0.62/64 = 0.0097, but for rounding to 256 colours and to bytes.
+            assert!((pair[1] - pair[0] - 0.62 / 64.0).abs() < 0.005, "{pair:?}");
         }
         assert_eq!(sequential(-3.0), sequential(0.0));
         assert_eq!(sequential(f64::INFINITY), sequential(1.0));

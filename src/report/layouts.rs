@@ -45,27 +45,33 @@ impl LayoutRow {
         }
     }
 
-    /// The cells with neighbours of one material joined: `heel 1 – heel 3` once instead of three times.
+    /// The cells with neighbours of one material joined, region by region: `heel 1 – heel 3` once instead of three
+    /// times, where a region is what stands before the last blank of a cell's name; `all` where all are alike.
     pub fn runs(&self) -> Vec<CellChoice> {
-        let mut runs: Vec<(CellChoice, String)> = Vec::new();
-        for cell in &self.cells {
-            match runs.last_mut() {
-                Some((run, last)) if run.material == cell.material && run.colour == cell.colour => {
-                    *last = cell.cell.clone();
-                }
-                _ => runs.push((cell.clone(), cell.cell.clone())),
-            }
+        let alike = |a: &CellChoice, b: &CellChoice| a.material == b.material && a.colour == b.colour;
+        if let [first, rest @ ..] = self.cells.as_slice()
+            && !rest.is_empty()
+            && rest.iter().all(|cell| alike(cell, first))
+        {
+            return vec![CellChoice {
+                cell: "all".to_owned(),
+                ..first.clone()
+            }];
         }
-        let named = |(run, last): (CellChoice, String)| {
-            let cell = if run.cell == last {
-                run.cell
-            } else {
-                format!("{} – {last}", run.cell)
-            };
-            CellChoice { cell, ..run }
+        let same_run = |a: &CellChoice, b: &CellChoice| alike(a, b) && region(&a.cell) == region(&b.cell);
+        let joined = |run: &[CellChoice]| match run {
+            [first, .., last] => CellChoice {
+                cell: format!("{} – {}", first.cell, last.cell),
+                ..first.clone()
+            },
+            _ => run[0].clone(),
         };
-        runs.into_iter().map(named).collect()
+        self.cells.chunk_by(same_run).map(joined).collect()
     }
+}
+
+fn region(cell: &str) -> &str {
+    cell.rsplit_once(' ').map_or("", |(region, _)| region)
 }
 
 #[cfg(test)]
@@ -79,22 +85,34 @@ mod tests {
             material: material.to_owned(),
             colour: Colour::qualitative(1),
         };
-        let row = LayoutRow {
+        let mut row = LayoutRow {
             rank: Some(1),
             note: String::new(),
-            cells: vec![cell("1", "a"), cell("2", "a"), cell("3", "b"), cell("4", "a")],
+            cells: vec![
+                cell("toe 1", "a"),
+                cell("toe 2", "a"),
+                cell("toe 3", "b"),
+                cell("heel 1", "b"),
+            ],
             rms_mm: 0.1,
             rms_percent: 1.0,
             max_mm: 0.2,
             max_percent: 2.0,
             mass_g: None,
         };
-        let runs: Vec<String> = row
-            .runs()
-            .into_iter()
-            .map(|run| format!("{}={}", run.cell, run.material))
-            .collect();
-        assert_eq!(runs, ["1 – 2=a", "3=b", "4=a"]);
+        let runs = |row: &LayoutRow| -> Vec<String> {
+            row.runs()
+                .into_iter()
+                .map(|run| format!("{}={}", run.cell, run.material))
+                .collect()
+        };
+        assert_eq!(runs(&row), ["toe 1 – toe 2=a", "toe 3=b", "heel 1=b"]);
+        row.cells.truncate(2);
+        assert_eq!(runs(&row), ["all=a"]);
+        row.cells.truncate(1);
+        assert_eq!(runs(&row), ["toe 1=a"]);
+        row.cells.clear();
+        assert!(row.runs().is_empty());
         assert_eq!(row.heading(), "1");
     }
 }

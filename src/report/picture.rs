@@ -337,7 +337,7 @@ impl Picture {
         self.draw_scale(&mut drawing, bottom - 14.0);
         match &self.legend {
             Legend::Parts(entries) => draw_entries(&mut drawing, entries, bottom),
-            Legend::Scale(bar) => draw_bar(&mut drawing, bar, bottom),
+            Legend::Scale(bar) => draw_bar(&mut drawing, bar, bottom + 4.0),
         }
         drawing.finish(&self.title)
     }
@@ -345,7 +345,7 @@ impl Picture {
     fn legend_height(&self) -> f64 {
         match &self.legend {
             Legend::Parts(entries) => entries.len().div_ceil(columns(entries)) as f64 * ROW + 6.0,
-            Legend::Scale(_) => 62.0,
+            Legend::Scale(_) => 66.0,
         }
     }
 
@@ -512,7 +512,16 @@ fn bar_axis(range: [f64; 2]) -> Axis {
 
 /// The values written on a colour bar: both ends, and round ones between that don't crowd them.
 fn bar_labels([low, high]: [f64; 2]) -> Vec<(f64, String)> {
-    let mut labels = vec![(low, significant(low, 3))];
+    let end = |value: f64| {
+        let text = significant(value, 3);
+        let short = text.trim_end_matches('0').trim_end_matches('.');
+        if text.contains('.') && !text.contains('×') {
+            short.to_owned()
+        } else {
+            text
+        }
+    };
+    let mut labels = vec![(low, end(low))];
     if high > low {
         let ticks = Ticks::between(low, high, 5);
         let clear = 0.09 * (high - low);
@@ -521,7 +530,7 @@ fn bar_labels([low, high]: [f64; 2]) -> Vec<(f64, String)> {
             .iter()
             .filter(|tick| **tick - low > clear && high - **tick > clear);
         labels.extend(between.map(|tick| (*tick, ticks.label(*tick))));
-        labels.push((high, significant(high, 3)));
+        labels.push((high, end(high)));
     }
     labels
 }

@@ -154,14 +154,9 @@ impl LinePlot {
             .iter()
             .any(|series| series.style != Style::Dotted && !series.points.is_empty());
         if any_strong && reach >= 1.0 {
-            let low = whole[0].max(strong[0].min(0.0) * reach);
-            let low = if strong[0] >= 0.0 {
-                strong[0].min(whole[0]).max(0.0)
-            } else {
-                low
-            };
-            let high = whole[1].min(strong[1].max(0.0) * reach).max(strong[1]);
-            self.y_limits = Some([low.min(strong[0]), high]);
+            let low = whole[0].max(reach * strong[0].min(0.0)).min(strong[0]);
+            let high = whole[1].min(reach * strong[1].max(0.0)).max(strong[1]);
+            self.y_limits = Some([low, high]);
         }
         self
     }
@@ -342,7 +337,7 @@ fn stroke(style: Style, colour: Colour, index: usize) -> Stroke {
         Style::Dotted => Stroke {
             colour,
             width: 1.5,
-            dashes: ["0.1 3.6", "4 3 0.1 3", "0.1 6"][index % 3],
+            dashes: ["0.1 3.6", "2.5 3.5", "0.1 6"][index % 3],
         },
     }
 }

@@ -90,6 +90,7 @@ impl View {
         margin: u32,
     ) -> Option<Self> {
         let (width, tallest) = (width.clamp(16, 8192), tallest.clamp(16, 8192));
+        let margin = margin.min(width.min(tallest) / 4);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for vertex in meshes.into_iter().flat_map(|mesh| &mesh.vertices) {
@@ -228,7 +229,13 @@ impl Image {
 
 /// The picture of some shapes on white.
 pub fn render(shapes: &[Shape], view: &View, rendering: Rendering) -> Image {
-    let samples = rendering.samples.clamp(1, 4);
+    let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
+    // A sheet has at most 2²⁶ samples, 0.8 GB: very large pictures are sampled more coarsely.
+    let affordable = (1..=4u32)
+        .rev()
+        .find(|fold| pixels * u64::from(fold * fold) <= 1 << 26)
+        .unwrap_or(1);
+    let samples = rendering.samples.clamp(1, affordable);
     let mut sheet = Sheet::new(*view, samples);
     for (index, shape) in shapes.iter().enumerate() {
         sheet.draw(shape, (index + 1).min(usize::from(u16::MAX)) as u16);

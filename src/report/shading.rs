@@ -3,10 +3,11 @@
 //! A surface of colour `c` (linear light) and unit normal `n`, both sides alike, is shown as
 //!
 //! ```text
-//! c · (a + h·n_up + k·max(0, n·l)),    n·view ≥ 0
+//! c · (a + h·n_up + v·n_view + k·max(0, n·l)),    n_view ≥ 0
 //! ```
 //!
-//! with an ambient part `a`, a sky `h` and a key light `k` from the upper left behind the viewer. A face towards the
+//! with an ambient part `a`, a sky `h`, a light `v` at the viewer, so that a cut face is never in the dark, and a key
+//! light `k` along `l` from the upper left behind the viewer. A face towards the
 //! light shows its own colour, so that a legend can be read against it. Normals are averaged over the faces about a vertex
 //! that meet at less than a crease angle, so that a scanned foot is smooth and a block keeps its edges.
 
@@ -25,11 +26,11 @@ pub enum Light {
 impl Light {
     /// The factor on linear light for a unit normal in camera axes (right, up, towards the viewer).
     pub fn factor(self, [x, y, z]: [f64; 3]) -> f64 {
-        // Upper left, behind the viewer: (−0.45, 0.6, 0.66), a unit vector but for rounding.
-        let key = (-0.45 * x + 0.60 * y + 0.66 * z).max(0.0);
+        // Upper left, behind the viewer: (−0.28, 0.52, 0.81), a unit vector but for rounding.
+        let key = (-0.28 * x + 0.52 * y + 0.81 * z).max(0.0);
         match self {
-            Self::Modelling => 0.42 + 0.12 * y + 0.54 * key,
-            Self::Even => 0.70 + 0.05 * y + 0.28 * key,
+            Self::Modelling => 0.54 + 0.06 * y + 0.20 * z + 0.26 * key,
+            Self::Even => 0.68 + 0.03 * y + 0.30 * key,
         }
     }
 }
@@ -229,8 +230,8 @@ mod tests {
     #[test]
     fn a_face_towards_the_light_shows_its_own_colour() {
         for light in [Light::Modelling, Light::Even] {
-            let toward = light.factor([-0.45, 0.60, 0.66]);
-            assert!((0.98..=1.05).contains(&toward), "{toward}");
+            let toward = light.factor([-0.28, 0.52, 0.81]);
+            assert!((0.98..=1.01).contains(&toward), "{toward}");
             assert!(light.factor([0.7, -0.7, 0.1]) < toward);
         }
     }

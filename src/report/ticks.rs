@@ -31,7 +31,7 @@ impl Ticks {
         // Borders at the geometric means of 1, 2, 5 and 10.
         let step = power
             * match raw / power {
-                ratio if ratio < 1.414_213_6 => 1.0,
+                ratio if ratio < std::f64::consts::SQRT_2 => 1.0,
                 ratio if ratio < 3.162_277_7 => 2.0,
                 ratio if ratio < 7.071_067_8 => 5.0,
                 _ => 10.0,

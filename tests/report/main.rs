@@ -29,7 +29,7 @@ fn colour(index: usize) -> Colour {
 /// A softening curve: displacement under a force for a material of a stiffness.
 fn curve(stiffness: f64, reach: f64) -> Vec<[f64; 2]> {
     (0..=20)
-        .map(|step| f64::from(step))
+        .map(f64::from)
         .map(|force| [force, reach * (1.0 - (-force * 0.02 / stiffness).exp())])
         .collect()
 }
