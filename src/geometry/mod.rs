@@ -1,3 +1,4 @@
-//! Shapes: surfaces, volumes, and the files that hold them. Rooms: [`surface`].
+//! Shapes: surfaces, volumes, and the files that hold them. Rooms: [`files`], [`surface`].
 
+pub mod files;
 pub mod surface;

@@ -1,6 +1,7 @@
 //! Whether meshes tile an object: what a printer's software takes for granted.
 
 use super::Part;
+use crate::geometry::surface::TriMesh;
 use crate::math::Vec3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
@@ -117,7 +118,7 @@ pub struct Contacts {
 pub fn check_tiling(parts: &[Part]) -> Result<Contacts, Vec<TilingFault>> {
     let mut faults = Vec::new();
     for part in parts {
-        check_part(part, &mut faults);
+        faults.extend(check_part(part));
     }
     if faults.is_empty() {
         let contacts = contacts(parts, &mut faults);
@@ -130,7 +131,7 @@ pub fn check_tiling(parts: &[Part]) -> Result<Contacts, Vec<TilingFault>> {
 
 /// The volume that a closed surface encloses \[mm³\], by the divergence theorem: `Σ a · (b × c) / 6`, from the first
 /// vertex so that little cancels.
-pub fn enclosed_volume(mesh: &crate::geometry::surface::TriMesh) -> f64 {
+pub fn enclosed_volume(mesh: &TriMesh) -> f64 {
     let Some(origin) = mesh.vertices.first() else {
         return 0.0;
     };
@@ -141,7 +142,9 @@ pub fn enclosed_volume(mesh: &crate::geometry::surface::TriMesh) -> f64 {
     mesh.triangles.iter().map(six).sum::<f64>() / 6.0
 }
 
-fn check_part(part: &Part, faults: &mut Vec<TilingFault>) {
+/// The faults of one part: that it is closed, oriented, manifold, and of its stated volume to a millionth.
+pub fn check_part(part: &Part) -> Vec<TilingFault> {
+    let mut faults = Vec::new();
     let (mesh, label) = (&part.mesh, part.label);
     let n = mesh.vertices.len();
     for (triangle, t) in mesh.triangles.iter().enumerate() {
@@ -153,7 +156,7 @@ fn check_part(part: &Part, faults: &mut Vec<TilingFault>) {
         }
     }
     if !faults.is_empty() {
-        return;
+        return faults;
     }
     let mut edges: BTreeMap<(u32, u32), (usize, usize)> = BTreeMap::new();
     // For each vertex, the edge opposite to it in each triangle: one fan is one closed walk through them.
@@ -198,6 +201,7 @@ fn check_part(part: &Part, faults: &mut Vec<TilingFault>) {
             stated: part.volume_mm3,
         });
     }
+    faults
 }
 
 /// Into how many walks directed edges fall when each is followed by one that starts where it ends.

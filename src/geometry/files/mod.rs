@@ -1,0 +1,3 @@
+//! Files that hold meshes and fields. Rooms: [`vtu`].
+
+pub mod vtu;
