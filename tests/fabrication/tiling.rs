@@ -186,7 +186,7 @@ fn random_cubes_are_manifold() {
 fn turned_block_keeps_its_volume() {
     let half = Vec3::new(25.0, 20.0, 12.5);
     let flat = block(half);
-    let turn: Mat3 = nalgebra_rotation();
+    let turn: Mat3 = skew();
     let f = |x: &Vec3| flat(&(turn.transpose() * x));
     let extent = turn.abs() * half;
     let options = TilingOptions {
@@ -227,7 +227,7 @@ fn turned_block_keeps_its_volume() {
 }
 
 /// 20° about each axis in turn: no face, edge or diagonal stays on the lattice.
-fn nalgebra_rotation() -> Mat3 {
+fn skew() -> Mat3 {
     let (s, c) = 20_f64.to_radians().sin_cos();
     let about_x = Mat3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
     let about_y = Mat3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
