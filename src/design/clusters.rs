@@ -36,8 +36,10 @@ pub fn representatives(features: &[Vec<f64>], most: usize, seed: u64) -> Vec<usi
         // Clustering can fail only on numbers that are not finite, which were sorted out; keep the first nodes then.
         return distinct.into_iter().take(most).collect();
     };
-    let mut result: Vec<usize> =
-        (0..most).filter_map(|c| nearest_to_centroid(&points, &labels, c)).map(|i| distinct[i]).collect();
+    let mut result: Vec<usize> = (0..most)
+        .filter_map(|c| nearest_to_centroid(&points, &labels, c))
+        .map(|i| distinct[i])
+        .collect();
     result.sort_unstable();
     result
 }
@@ -58,14 +60,25 @@ fn distinct(features: &[Vec<f64>]) -> Vec<usize> {
 fn projected(features: &[&Vec<f64>]) -> Array2<f64> {
     let n = features.len();
     let dimensions = features[0].len();
-    let mean: Vec<f64> =
-        (0..dimensions).map(|d| features.iter().map(|f| f[d]).sum::<f64>() / n as f64).collect();
-    let centred: Vec<Vec<f64>> =
-        features.iter().map(|f| f.iter().zip(&mean).map(|(x, m)| x - m).collect()).collect();
-    let gram = DMatrix::from_fn(n, n, |i, j| centred[i].iter().zip(&centred[j]).map(|(a, b)| a * b).sum());
+    let mean: Vec<f64> = (0..dimensions)
+        .map(|d| features.iter().map(|f| f[d]).sum::<f64>() / n as f64)
+        .collect();
+    let centred: Vec<Vec<f64>> = features
+        .iter()
+        .map(|f| f.iter().zip(&mean).map(|(x, m)| x - m).collect())
+        .collect();
+    let gram = DMatrix::from_fn(n, n, |i, j| {
+        centred[i]
+            .iter()
+            .zip(&centred[j])
+            .map(|(a, b)| a * b)
+            .sum::<f64>()
+    });
     let scale = gram.trace().max(f64::MIN_POSITIVE) / n as f64;
     let eigen = SymmetricEigen::new(gram / scale);
-    Array2::from_shape_fn((n, n), |(i, j)| eigen.eigenvectors[(i, j)] * eigen.eigenvalues[j].max(0.0).sqrt())
+    Array2::from_shape_fn((n, n), |(i, j)| {
+        eigen.eigenvectors[(i, j)] * eigen.eigenvalues[j].max(0.0).sqrt()
+    })
 }
 
 fn labels(points: &Array2<f64>, clusters: usize, seed: u64) -> Option<Vec<usize>> {
@@ -86,8 +99,14 @@ fn nearest_to_centroid(points: &Array2<f64>, labels: &[usize], c: usize) -> Opti
     let centroid: Vec<f64> = (0..dimensions)
         .map(|d| members.iter().map(|&i| points[[i, d]]).sum::<f64>() / members.len() as f64)
         .collect();
-    let distance = |i: usize| (0..dimensions).map(|d| (points[[i, d]] - centroid[d]).powi(2)).sum::<f64>();
-    members.into_iter().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+    let distance = |i: usize| {
+        (0..dimensions)
+            .map(|d| (points[[i, d]] - centroid[d]).powi(2))
+            .sum::<f64>()
+    };
+    members
+        .into_iter()
+        .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
 }
 
 #[cfg(test)]
@@ -120,11 +139,14 @@ mod tests {
         let features = bunches();
         let points = projected(&features.iter().collect::<Vec<_>>());
         let original = |i: usize, j: usize| -> f64 {
-            features[i].iter().zip(&features[j]).map(|(a, b)| (a - b).powi(2)).sum()
+            features[i]
+                .iter()
+                .zip(&features[j])
+                .map(|(a, b)| (a - b).powi(2))
+                .sum()
         };
-        let projected = |i: usize, j: usize| -> f64 {
-            (0..30).map(|d| (points[[i, d]] - points[[j, d]]).powi(2)).sum()
-        };
+        let projected =
+            |i: usize, j: usize| -> f64 { (0..30).map(|d| (points[[i, d]] - points[[j, d]]).powi(2)).sum() };
         let scale = projected(0, 1) / original(0, 1);
         for (i, j) in [(0, 2), (3, 9), (4, 29), (11, 12)] {
             assert!((projected(i, j) - scale * original(i, j)).abs() < 1e-9 * projected(0, 1));
@@ -133,7 +155,13 @@ mod tests {
 
     #[test]
     fn equal_and_unusable_nodes_are_left_out() {
-        let features = vec![vec![1.0, 2.0], vec![1.0, 2.0], vec![f64::NAN, 0.0], vec![3.0, f64::INFINITY], vec![0.0, 0.0]];
+        let features = vec![
+            vec![1.0, 2.0],
+            vec![1.0, 2.0],
+            vec![f64::NAN, 0.0],
+            vec![3.0, f64::INFINITY],
+            vec![0.0, 0.0],
+        ];
         assert_eq!(representatives(&features, 5, 1), [0, 4]);
         assert_eq!(representatives(&[], 5, 1), Vec::<usize>::new());
     }

@@ -1,8 +1,8 @@
 //! `goal.toml` as people write it. `docs/formats.md` explains every key; [`super::goal`] checks the values.
 
-use super::cells::Style;
-use crate::fem::setup::{ContactText, FixedText, ObjectText, ShapeText};
-use crate::geometry::axis::Axis;
+use crate::fem::example_text::ExampleText;
+use crate::fem::regions::RegionText;
+use crate::fem::setup::{FixedText, ObjectText};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -26,33 +26,6 @@ pub struct GoalText {
     pub example: Spanned<Vec<ExampleText>>,
 }
 
-/// `[[region]]`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RegionText {
-    /// Its name.
-    pub name: String,
-    /// Two corners of a box \[mm\].
-    pub box_mm: Option<Spanned<[[f64; 3]; 2]>>,
-    /// A cylinder.
-    pub cylinder: Option<Spanned<crate::fem::setup::CylinderText>>,
-    /// File of a closed surface.
-    pub mesh: Option<Spanned<String>>,
-    /// How many layers.
-    pub layers: Spanned<usize>,
-    /// The axis that the layers are stacked along; z if absent.
-    pub along: Option<Axis>,
-    /// How the layers are cut; "flat" if absent.
-    pub style: Option<Spanned<Style>>,
-}
-
-impl RegionText {
-    /// The keys that say where the region is.
-    pub fn shape(&self) -> ShapeText {
-        ShapeText { box_mm: self.box_mm.clone(), cylinder: self.cylinder.clone(), mesh: self.mesh.clone() }
-    }
-}
-
 /// `[palette]`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -73,37 +46,4 @@ pub struct PaletteText {
     pub most_materials: Option<Spanned<usize>>,
     /// The thinnest layer that may be made, with unit.
     pub least_layer: Option<Spanned<String>>,
-}
-
-/// `[[example]]`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExampleText {
-    /// Its name.
-    pub name: Spanned<String>,
-    /// Middle of the patch \[mm\].
-    pub point_mm: Spanned<[f64; 3]>,
-    /// Direction of the force.
-    pub direction: Spanned<[f64; 3]>,
-    /// Radius of the patch, with unit.
-    pub radius: Spanned<String>,
-    /// The forces, ascending \[N\].
-    pub forces_n: Option<Spanned<Vec<f64>>>,
-    /// Displacement of the contact point along the force at each force \[mm\].
-    pub displacements_mm: Option<Spanned<Vec<f64>>>,
-    /// CSV file with displacements of points of the surface.
-    pub file: Option<Spanned<String>>,
-    /// Where the displacements come from.
-    pub origin: Option<String>,
-}
-
-impl ExampleText {
-    /// The keys that say where the force acts.
-    pub fn contact(&self) -> ContactText {
-        ContactText {
-            point_mm: self.point_mm.clone(),
-            direction: self.direction.clone(),
-            radius: self.radius.clone(),
-        }
-    }
 }

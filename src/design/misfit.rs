@@ -29,13 +29,19 @@ pub struct Misfit {
 
 impl Misfit {
     /// The error of a layout that has no equilibrium under the loads.
-    pub const FAILED: Misfit = Misfit { rms_mm: f64::INFINITY, max_mm: f64::INFINITY };
+    pub const FAILED: Misfit = Misfit {
+        rms_mm: f64::INFINITY,
+        max_mm: f64::INFINITY,
+    };
 }
 
 impl Target {
     /// The displacements of all examples: example by example, force by force, point by point.
     pub fn new(examples: &[Example]) -> Target {
-        let mut target = Target { components: Vec::new(), pairs: vec![0] };
+        let mut target = Target {
+            components: Vec::new(),
+            pairs: vec![0],
+        };
         for example in examples {
             for force in 0..example.forces_n.len() {
                 for point in &example.points {
@@ -49,7 +55,9 @@ impl Target {
 
     /// The largest target displacement of a point \[mm\].
     pub fn largest_mm(&self) -> f64 {
-        self.squares(|_, target| target).fold(0.0, |m: f64, (s, _)| m.max(s)).sqrt()
+        self.squares(|_, target| target)
+            .fold(0.0, |m: f64, (s, _)| m.max(s))
+            .sqrt()
     }
 
     /// The error of `displacements`, `(components)` \[mm\].
@@ -65,7 +73,10 @@ impl Target {
         if n == 0 || !sum.is_finite() {
             return Misfit::FAILED;
         }
-        Misfit { rms_mm: (sum / n as f64).sqrt(), max_mm: largest.sqrt() }
+        Misfit {
+            rms_mm: (sum / n as f64).sqrt(),
+            max_mm: largest.sqrt(),
+        }
     }
 
     /// Root mean square distance of the target from the box `low ≤ x ≤ high` \[mm\]: no layout inside it is better.
@@ -102,7 +113,17 @@ mod tests {
     #[test]
     fn errors_are_of_vectors_not_of_components() {
         let target = Target {
-            components: vec![Some(1.0), Some(2.0), Some(2.0), Some(0.0), None, Some(0.0), None, None, None],
+            components: vec![
+                Some(1.0),
+                Some(2.0),
+                Some(2.0),
+                Some(0.0),
+                None,
+                Some(0.0),
+                None,
+                None,
+                None,
+            ],
             pairs: vec![0, 3, 6, 9],
         };
         assert_eq!(target.largest_mm(), 3.0);
@@ -115,7 +136,10 @@ mod tests {
 
     #[test]
     fn the_box_bounds_the_error_of_everything_inside_it() {
-        let target = Target { components: vec![Some(0.0), Some(1.0)], pairs: vec![0, 1, 2] };
+        let target = Target {
+            components: vec![Some(0.0), Some(1.0)],
+            pairs: vec![0, 1, 2],
+        };
         let (low, high) = ([1.0, 0.0], [3.0, 2.0]);
         let bound = target.distance_to_box(&low, &high);
         assert!((bound - 0.5f64.sqrt()).abs() < 1e-12);

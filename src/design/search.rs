@@ -19,7 +19,7 @@
 
 use super::clusters::representatives;
 use super::misfit::{Misfit, Target};
-use super::rig::{Layout, Response};
+use crate::fem::rig::{Layout, Response};
 use std::collections::HashMap;
 
 /// How to search.
@@ -46,7 +46,9 @@ pub const MOST_ENUMERATED: u128 = 2_000_000;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BadSearch {
     /// Too many layouts to enumerate.
-    #[error("{layouts} layouts are more than --exhaustive enumerates ({MOST_ENUMERATED}): use fewer layers or materials, or search without it")]
+    #[error(
+        "{layouts} layouts are more than --exhaustive enumerates ({MOST_ENUMERATED}): use fewer layers or materials, or search without it"
+    )]
     TooManyLayouts {
         /// Size of the space.
         layouts: String,
@@ -112,10 +114,10 @@ pub struct Progress {
     pub best_rms_mm: f64,
 }
 
-/// Simulates layouts; answers `None` when the user asks to stop. The order of the answers is that of the layouts.
+/// Simulates layouts. The order of the answers is that of the layouts.
 pub trait Bench {
-    /// The responses of `layouts`, or `None` on a stop.
-    fn respond(&mut self, layouts: &[Layout], progress: &Progress) -> Option<Vec<Response>>;
+    /// The responses of `layouts`; `None` for those that were not simulated because the user asked to stop.
+    fn respond(&mut self, layouts: &[Layout], progress: &Progress) -> Vec<Option<Response>>;
 }
 
 struct Interrupted;
@@ -131,7 +133,11 @@ pub fn search(
     options: &Options,
     bench: &mut dyn Bench,
 ) -> Result<Outcome, BadSearch> {
-    for (field, value) in [("clusters", options.clusters), ("most_materials", options.most_materials), ("listed", options.listed)] {
+    for (field, value) in [
+        ("clusters", options.clusters),
+        ("most_materials", options.most_materials),
+        ("listed", options.listed),
+    ] {
         if value == 0 {
             return Err(BadSearch::Zero { field });
         }
@@ -150,7 +156,9 @@ pub fn search(
     let walked = if options.exhaustive {
         let layouts = (materials as u128).checked_pow(cells as u32).unwrap_or(u128::MAX);
         if layouts > MOST_ENUMERATED {
-            return Err(BadSearch::TooManyLayouts { layouts: format!("{materials}^{cells}") });
+            return Err(BadSearch::TooManyLayouts {
+                layouts: format!("{materials}^{cells}"),
+            });
         }
         tree.enumerate(layouts as usize).map(|()| Stop::Enumerated)
     } else {
@@ -197,8 +205,10 @@ impl Tree<'_> {
         let batches = layouts.div_ceil(batch);
         for b in 0..batches {
             let numbers = b * batch..((b + 1) * batch).min(layouts);
-            let list: Vec<Layout> =
-                numbers.map(|n| self.decoded(n)).filter(|l| distinct(l) <= self.options.most_materials).collect();
+            let list: Vec<Layout> = numbers
+                .map(|n| self.decoded(n))
+                .filter(|l| distinct(l) <= self.options.most_materials)
+                .collect();
             self.simulate(&list, "enumerating", [b + 1, batches])?;
         }
         Ok(())
@@ -225,21 +235,40 @@ impl Tree<'_> {
             .collect()
     }
 
-    fn simulate(&mut self, layouts: &[Layout], phase: &'static str, level: [usize; 2]) -> Result<(), Interrupted> {
-        let mut fresh: Vec<Layout> = layouts.iter().filter(|l| !self.memory.contains_key(*l)).cloned().collect();
+    fn simulate(
+        &mut self,
+        layouts: &[Layout],
+        phase: &'static str,
+        level: [usize; 2],
+    ) -> Result<(), Interrupted> {
+        let mut fresh: Vec<Layout> = layouts
+            .iter()
+            .filter(|l| !self.memory.contains_key(*l))
+            .cloned()
+            .collect();
         fresh.sort_unstable();
         fresh.dedup();
         if fresh.is_empty() {
             return Ok(());
         }
-        let progress = Progress { phase, level, batch: fresh.len(), best_rms_mm: self.best_rms };
-        let responses = self.bench.respond(&fresh, &progress).ok_or(Interrupted)?;
+        let progress = Progress {
+            phase,
+            level,
+            batch: fresh.len(),
+            best_rms_mm: self.best_rms,
+        };
+        let responses = self.bench.respond(&fresh, &progress);
+        let mut interrupted = false;
         for (layout, response) in fresh.into_iter().zip(responses) {
+            let Some(response) = response else {
+                interrupted = true;
+                continue;
+            };
             let misfit = self.misfit(&layout, &response);
             self.best_rms = self.best_rms.min(misfit.rms_mm);
             self.memory.insert(layout, response);
         }
-        Ok(())
+        if interrupted { Err(Interrupted) } else { Ok(()) }
     }
 
     /// The error of a layout that may be built; a failed one if it has no equilibrium or mixes too many materials.
@@ -254,9 +283,14 @@ impl Tree<'_> {
     /// not bounded.
     fn may_improve(&self, node: &[u8]) -> bool {
         let components = self.target.components.len();
-        let (mut low, mut high) = (vec![f64::INFINITY; components], vec![f64::NEG_INFINITY; components]);
+        let (mut low, mut high) = (
+            vec![f64::INFINITY; components],
+            vec![f64::NEG_INFINITY; components],
+        );
         for layout in self.completions(node) {
-            let Some(response) = self.memory.get(&layout).filter(|r| r.complete) else { return true };
+            let Some(response) = self.memory.get(&layout).filter(|r| r.complete) else {
+                return true;
+            };
             for (i, x) in response.displacements.iter().enumerate() {
                 low[i] = low[i].min(*x);
                 high[i] = high[i].max(*x);
@@ -269,7 +303,9 @@ impl Tree<'_> {
     fn features(&self, node: &[u8]) -> Vec<f64> {
         let mut features = Vec::new();
         for layout in self.completions(node) {
-            let Some(response) = self.memory.get(&layout) else { continue };
+            let Some(response) = self.memory.get(&layout) else {
+                continue;
+            };
             let measured = response.displacements.iter().zip(&self.target.components);
             features.extend(measured.filter(|(_, target)| target.is_some()).map(|(x, _)| *x));
         }
@@ -318,7 +354,10 @@ impl Tree<'_> {
         let mut all: Vec<Ranked> = self
             .memory
             .iter()
-            .map(|(layout, response)| Ranked { layout: layout.clone(), misfit: self.misfit(layout, response) })
+            .map(|(layout, response)| Ranked {
+                layout: layout.clone(),
+                misfit: self.misfit(layout, response),
+            })
             .filter(|r| r.misfit.rms_mm.is_finite())
             .collect();
         all.sort_by(by_error);
@@ -342,13 +381,19 @@ impl Tree<'_> {
 
 /// By error, then by layout, so that equal errors are always in one order.
 fn by_error(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
-    a.misfit.rms_mm.total_cmp(&b.misfit.rms_mm).then_with(|| a.layout.cmp(&b.layout))
+    a.misfit
+        .rms_mm
+        .total_cmp(&b.misfit.rms_mm)
+        .then_with(|| a.layout.cmp(&b.layout))
 }
 
 /// How many different materials a layout mixes.
 pub fn distinct(layout: &[u8]) -> usize {
     let mut seen = [false; 256];
-    layout.iter().filter(|&&m| !std::mem::replace(&mut seen[m as usize], true)).count()
+    layout
+        .iter()
+        .filter(|&&m| !std::mem::replace(&mut seen[m as usize], true))
+        .count()
 }
 
 #[cfg(test)]
@@ -376,12 +421,17 @@ mod tests {
     }
 
     impl Bench for Springs {
-        fn respond(&mut self, layouts: &[Layout], _: &Progress) -> Option<Vec<Response>> {
-            if self.simulated > self.stop_after {
-                return None;
+        fn respond(&mut self, layouts: &[Layout], _: &Progress) -> Vec<Option<Response>> {
+            let mut answers = Vec::new();
+            for layout in layouts {
+                let goes_on = self.simulated < self.stop_after;
+                self.simulated += usize::from(goes_on);
+                answers.push(goes_on.then(|| Response {
+                    displacements: springs(layout),
+                    complete: true,
+                }));
             }
-            self.simulated += layouts.len();
-            Some(layouts.iter().map(|l| Response { displacements: springs(l), complete: true }).collect())
+            answers
         }
     }
 
@@ -392,13 +442,23 @@ mod tests {
     }
 
     fn options() -> Options {
-        Options { exhaustive: false, clusters: 20, seed: 1, polished: 3, most_materials: 9, listed: 10 }
+        Options {
+            exhaustive: false,
+            clusters: 20,
+            seed: 1,
+            polished: 3,
+            most_materials: 9,
+            listed: 10,
+        }
     }
 
     #[test]
     fn finds_hidden_layouts_with_a_fraction_of_the_simulations() {
         for hidden in [[0u8, 3, 1, 5, 2], [4, 4, 0, 0, 5], [5, 1, 2, 3, 4]] {
-            let mut bench = Springs { simulated: 0, stop_after: usize::MAX };
+            let mut bench = Springs {
+                simulated: 0,
+                stop_after: usize::MAX,
+            };
             let found = search(5, 6, &target(&hidden), &options(), &mut bench).unwrap();
             // Order inside each half cannot be seen by two sensors: the error can.
             assert!(found.best[0].misfit.rms_mm < 1e-9, "{found:?}");
@@ -411,10 +471,19 @@ mod tests {
     #[test]
     fn enumeration_simulates_everything_once_and_finds_the_optimum() {
         let hidden = [2u8, 0, 1, 2];
-        let mut bench = Springs { simulated: 0, stop_after: usize::MAX };
-        let all = Options { exhaustive: true, ..options() };
+        let mut bench = Springs {
+            simulated: 0,
+            stop_after: usize::MAX,
+        };
+        let all = Options {
+            exhaustive: true,
+            ..options()
+        };
         let found = search(4, 3, &target(&hidden), &all, &mut bench).unwrap();
-        assert_eq!((found.stop, found.simulations, bench.simulated), (Stop::Enumerated, 81, 81));
+        assert_eq!(
+            (found.stop, found.simulations, bench.simulated),
+            (Stop::Enumerated, 81, 81)
+        );
         assert!(found.best[0].misfit.rms_mm < 1e-12);
         assert!(matches!(
             search(40, 9, &target(&[0; 40]), &all, &mut bench),
@@ -424,18 +493,30 @@ mod tests {
 
     #[test]
     fn the_limit_on_materials_holds_for_every_listed_layout() {
-        let mut bench = Springs { simulated: 0, stop_after: usize::MAX };
-        let two = Options { most_materials: 2, ..options() };
+        let mut bench = Springs {
+            simulated: 0,
+            stop_after: usize::MAX,
+        };
+        let two = Options {
+            most_materials: 2,
+            ..options()
+        };
         let found = search(5, 6, &target(&[0, 3, 1, 5, 2]), &two, &mut bench).unwrap();
         assert!(found.best.iter().all(|r| distinct(&r.layout) <= 2));
-        let exhaustive = Options { exhaustive: true, ..two };
+        let exhaustive = Options {
+            exhaustive: true,
+            ..two
+        };
         let best = search(5, 6, &target(&[0, 3, 1, 5, 2]), &exhaustive, &mut bench).unwrap();
         assert!(found.best[0].misfit.rms_mm <= 1.5 * best.best[0].misfit.rms_mm);
     }
 
     #[test]
     fn a_stop_keeps_the_best_so_far() {
-        let mut bench = Springs { simulated: 0, stop_after: 100 };
+        let mut bench = Springs {
+            simulated: 0,
+            stop_after: 100,
+        };
         let found = search(5, 6, &target(&[0, 3, 1, 5, 2]), &options(), &mut bench).unwrap();
         assert_eq!(found.stop, Stop::Interrupted);
         assert!(found.best[0].misfit.rms_mm.is_finite() && found.simulations == bench.simulated);

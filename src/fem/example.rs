@@ -83,7 +83,10 @@ impl Contact {
     pub fn unit_load(&self, solid: &Solid, grid: &Grid) -> Result<(Vec<Vec3>, Vec3), ContactError> {
         let spots = self.spots(solid);
         let share = spots.len() as f64 / SPOTS as f64;
-        let Some(middle) = self.surface_point(solid, &Vec3::zeros()).filter(|_| share >= LEAST_SHARE) else {
+        let Some(middle) = self
+            .surface_point(solid, &Vec3::zeros())
+            .filter(|_| share >= LEAST_SHARE)
+        else {
             let (low, high) = solid.bounds();
             let percent = 100.0 * share;
             return Err(ContactError::BesideTheObject {
@@ -149,7 +152,9 @@ pub struct Sensor {
 impl Sensor {
     /// The sensor at `place`; `None` if the grid holds nothing near it.
     pub fn at(grid: &Grid, place: &Vec3) -> Option<Sensor> {
-        Some(Sensor { weights: Self::nodes(grid, &grid.locate(place)?) })
+        Some(Sensor {
+            weights: Self::nodes(grid, &grid.locate(place)?),
+        })
     }
 
     fn nodes(grid: &Grid, place: &Place) -> Vec<(usize, f64)> {

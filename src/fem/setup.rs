@@ -2,9 +2,10 @@
 //! Each is read with the unit of every number and turned into the plain data that the solver takes; mistakes are
 //! answered with their place in the file.
 
-use super::example::Contact;
+use super::example::{Contact, Example};
 use super::model::Constrained;
 use crate::geometry::axis::Axis;
+use crate::geometry::cells::Cells;
 use crate::geometry::files::{self, SurfaceFormat};
 use crate::geometry::grid::Grid;
 use crate::geometry::region::Region;
@@ -92,6 +93,23 @@ pub struct Object {
     pub warnings: Vec<String>,
 }
 
+/// An object on its supports, cut into cells, with the examples that press it: what goals and scenes share.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The file that it was read from, for messages about later findings.
+    pub document: Document,
+    /// The object.
+    pub object: Object,
+    /// What holds it.
+    pub fixed: Vec<FixedText>,
+    /// Its cells.
+    pub cells: Cells,
+    /// Edge length of the elements across the layers \[mm\].
+    pub element_size_mm: f64,
+    /// How it is pressed.
+    pub examples: Vec<Example>,
+}
+
 /// A quantity with its unit, or a mistake that says what is expected.
 ///
 /// # Errors
@@ -113,7 +131,10 @@ pub fn positive_length(document: &Document, text: &Spanned<String>) -> Result<f6
     if value > 0.0 && value.is_finite() {
         return Ok(value);
     }
-    Err(document.mistake(&text.span(), format!("found {:?}, expected a length above zero", text.get_ref())))
+    Err(document.mistake(
+        &text.span(),
+        format!("found {:?}, expected a length above zero", text.get_ref()),
+    ))
 }
 
 impl ObjectText {
@@ -124,11 +145,29 @@ impl ObjectText {
     pub fn read(&self, document: &Document) -> Result<Object, Mistake> {
         let unit = match &self.unit {
             None => None,
-            Some(text) => Some(text.get_ref().parse::<LengthUnit>().map_err(|e| document.mistake(&text.span(), e.to_string()))?),
+            Some(text) => Some(
+                text.get_ref()
+                    .parse::<LengthUnit>()
+                    .map_err(|e| document.mistake(&text.span(), e.to_string()))?,
+            ),
         };
         let path = document.resolve(self.mesh.get_ref());
         let fail = |message: String| document.mistake(&self.mesh.span(), message);
         read_object(&path, unit).map_err(fail)
+    }
+}
+
+impl ObjectText {
+    /// Edge length of the elements across the layers \[mm\]; about thirty along the longest side if not given.
+    ///
+    /// # Errors
+    /// [`Mistake`] if it is not a length above zero.
+    pub fn element_size_mm(&self, document: &Document, object: &Object) -> Result<f64, Mistake> {
+        if let Some(size) = &self.element_size {
+            return positive_length(document, size);
+        }
+        let (low, high) = object.solid.bounds();
+        Ok((high - low).max() / 30.0)
     }
 }
 
@@ -143,8 +182,18 @@ pub fn read_object(path: &Path, unit: Option<LengthUnit>) -> Result<Object, Stri
     let file = files::read_surface(&bytes, format, unit).map_err(|e| format!("{name}: {e}"))?;
     let solid = Solid::new(file.mesh).map_err(|e| format!("{name}: {e}"))?;
     let mut warnings: Vec<String> = file.notes.iter().map(|w| format!("{name}: {w}")).collect();
-    warnings.extend(solid.health().warnings().into_iter().map(|w| format!("{name}: {w}")));
-    Ok(Object { solid: Arc::new(solid), unit: file.unit, warnings })
+    warnings.extend(
+        solid
+            .health()
+            .warnings()
+            .into_iter()
+            .map(|w| format!("{name}: {w}")),
+    );
+    Ok(Object {
+        solid: Arc::new(solid),
+        unit: file.unit,
+        warnings,
+    })
 }
 
 impl ShapeText {
@@ -160,7 +209,10 @@ impl ShapeText {
         ];
         let mut given = given.into_iter().flatten();
         if let (Some(_), Some(second)) = (given.next(), given.next()) {
-            return Err(document.mistake(&second, "found a second shape, expected one of box_mm, cylinder, mesh"));
+            return Err(document.mistake(
+                &second,
+                "found a second shape, expected one of box_mm, cylinder, mesh",
+            ));
         }
         if let Some(corners) = &self.box_mm {
             return box_region(document, corners);
@@ -185,7 +237,10 @@ fn box_region(document: &Document, corners: &Spanned<[[f64; 3]; 2]>) -> Result<R
     let found = corners.get_ref();
     Err(document.mistake(
         &corners.span(),
-        format!("found corners {:?} and {:?}, expected the lower corner first, below the upper in x, y and z", found[0], found[1]),
+        format!(
+            "found corners {:?} and {:?}, expected the lower corner first, below the upper in x, y and z",
+            found[0], found[1]
+        ),
     ))
 }
 
@@ -207,23 +262,36 @@ impl FixedText {
     ///
     /// # Errors
     /// [`Mistake`]: no place or several given, an unknown face or component, or a place that holds no node.
-    pub fn hold(&self, document: &Document, grid: &Grid, constrained: &mut [Constrained]) -> Result<(), Mistake> {
+    pub fn hold(
+        &self,
+        document: &Document,
+        grid: &Grid,
+        constrained: &mut [Constrained],
+    ) -> Result<(), Mistake> {
         let components = self.components(document)?;
         let (nodes, span) = match (&self.face, &self.box_mm, &self.cylinder) {
             (Some(face), None, None) => (end_nodes(document, face, grid)?, face.span()),
             (None, Some(corners), None) => (nodes_in(&box_region(document, corners)?, grid), corners.span()),
-            (None, None, Some(cylinder)) => {
-                (nodes_in(&cylinder_region(document, cylinder.get_ref())?, grid), cylinder.span())
-            }
+            (None, None, Some(cylinder)) => (
+                nodes_in(&cylinder_region(document, cylinder.get_ref())?, grid),
+                cylinder.span(),
+            ),
             (None, None, None) => {
-                return Err(document.mistake(&(0..0), "found [[fixed]] without a place, expected face, box_mm or cylinder"));
+                return Err(document.mistake(
+                    &(0..0),
+                    "found [[fixed]] without a place, expected face, box_mm or cylinder",
+                ));
             }
             _ => {
-                return Err(document.mistake(&(0..0), "found [[fixed]] with several places, expected one of face, box_mm, cylinder"));
+                return Err(document.mistake(
+                    &(0..0),
+                    "found [[fixed]] with several places, expected one of face, box_mm, cylinder",
+                ));
             }
         };
         if nodes.is_empty() {
-            let message = "this place holds no node of the object: move or enlarge it, or use smaller elements";
+            let message =
+                "this place holds no node of the object: move or enlarge it, or use smaller elements";
             return Err(document.mistake(&span, message));
         }
         for node in nodes {
@@ -235,7 +303,9 @@ impl FixedText {
     }
 
     fn components(&self, document: &Document) -> Result<Constrained, Mistake> {
-        let Some(text) = &self.components else { return Ok([true; 3]) };
+        let Some(text) = &self.components else {
+            return Ok([true; 3]);
+        };
         let letters = text.get_ref();
         let held = ['x', 'y', 'z'].map(|c| letters.contains(c));
         if letters.is_empty() || letters.chars().any(|c| !"xyz".contains(c)) {
@@ -250,12 +320,17 @@ fn end_nodes(document: &Document, face: &Spanned<String>, grid: &Grid) -> Result
     match face.get_ref().as_str() {
         "bottom" => Ok(grid.end_nodes(false)),
         "top" => Ok(grid.end_nodes(true)),
-        other => Err(document.mistake(&face.span(), format!("found face {other:?}, expected \"bottom\" or \"top\""))),
+        other => Err(document.mistake(
+            &face.span(),
+            format!("found face {other:?}, expected \"bottom\" or \"top\""),
+        )),
     }
 }
 
 fn nodes_in(region: &Region, grid: &Grid) -> Vec<usize> {
-    (0..grid.mesh.nodes.len()).filter(|&n| region.contains(&grid.mesh.nodes[n])).collect()
+    (0..grid.mesh.nodes.len())
+        .filter(|&n| region.contains(&grid.mesh.nodes[n]))
+        .collect()
 }
 
 impl ContactText {
@@ -267,7 +342,8 @@ impl ContactText {
         let point = finite(document, &self.point_mm)?;
         let direction = finite(document, &self.direction)?;
         if direction.norm() < 1e-9 {
-            let message = "found a direction of no length, expected for instance [0, 0, -1] for a press from above";
+            let message =
+                "found a direction of no length, expected for instance [0, 0, -1] for a press from above";
             return Err(document.mistake(&self.direction.span(), message));
         }
         Ok(Contact {
@@ -287,5 +363,8 @@ pub fn finite(document: &Document, text: &Spanned<[f64; 3]>) -> Result<Vec3, Mis
     if value.iter().all(|x| x.is_finite()) {
         return Ok(value);
     }
-    Err(document.mistake(&text.span(), format!("found {:?}, expected three finite numbers", text.get_ref())))
+    Err(document.mistake(
+        &text.span(),
+        format!("found {:?}, expected three finite numbers", text.get_ref()),
+    ))
 }

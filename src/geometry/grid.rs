@@ -93,14 +93,30 @@ impl Grid {
         let columns = (lines[0].len() - 1) * (lines[1].len() - 1);
         let cells = columns.saturating_mul(layers);
         if cells > MOST_CELLS {
-            return Err(GridError::TooFine { size_mm, cells, most: MOST_CELLS });
+            return Err(GridError::TooFine {
+                size_mm,
+                cells,
+                most: MOST_CELLS,
+            });
         }
         let fill: Vec<Vec<[f64; 8]>> = (0..columns)
             .into_par_iter()
-            .map(|n| column_fill(solid, axis, &lines, &levels, n % (lines[0].len() - 1), n / (lines[0].len() - 1)))
+            .map(|n| {
+                column_fill(
+                    solid,
+                    axis,
+                    &lines,
+                    &levels,
+                    n % (lines[0].len() - 1),
+                    n / (lines[0].len() - 1),
+                )
+            })
             .collect();
         let mut grid = Grid {
-            mesh: VolumeMesh { nodes: Vec::new(), elements: Elements::Hexahedra(Vec::new()) },
+            mesh: VolumeMesh {
+                nodes: Vec::new(),
+                elements: Elements::Hexahedra(Vec::new()),
+            },
             fill: Vec::new(),
             axis,
             lines,
@@ -127,7 +143,16 @@ impl Grid {
                         continue;
                     }
                     self.hexahedron_of[i + (na - 1) * (j + (nb - 1) * k)] = hexahedra.len() as u32;
-                    let corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)];
+                    let corners = [
+                        (0, 0, 0),
+                        (1, 0, 0),
+                        (1, 1, 0),
+                        (0, 1, 0),
+                        (0, 0, 1),
+                        (1, 0, 1),
+                        (1, 1, 1),
+                        (0, 1, 1),
+                    ];
                     hexahedra.push(corners.map(|(di, dj, dk)| {
                         let (i, j, k) = (i + di, j + dj, k + dk);
                         let slot = &mut node_of[i + na * (j + nb * k)];
@@ -168,7 +193,9 @@ impl Grid {
         let mut best: Option<(f64, Place)> = None;
         for j in j0.saturating_sub(1)..=(j0 + 1).min(self.lines[1].len() - 2) {
             for i in i0.saturating_sub(1)..=(i0 + 1).min(self.lines[0].len() - 2) {
-                let Some((miss, place)) = self.locate_in_column(i, j, [a, b, w]) else { continue };
+                let Some((miss, place)) = self.locate_in_column(i, j, [a, b, w]) else {
+                    continue;
+                };
                 if best.is_none_or(|(least, _)| miss < least - 1e-9) {
                     best = Some((miss, place));
                 }
@@ -182,9 +209,15 @@ impl Grid {
         let (na, nb) = (self.lines[0].len(), self.lines[1].len());
         let along = |lines: &[f64], i: usize, x: f64| 2.0 * (x - lines[i]) / (lines[i + 1] - lines[i]) - 1.0;
         let (xi, eta) = (along(&self.lines[0], i, a), along(&self.lines[1], j, b));
-        let corner = |k: usize, di: usize, dj: usize| self.levels.height(k, self.lines[0][i + di], self.lines[1][j + dj]);
+        let corner = |k: usize, di: usize, dj: usize| {
+            self.levels
+                .height(k, self.lines[0][i + di], self.lines[1][j + dj])
+        };
         let height = |k: usize| {
-            let (s, t) = (0.5 * (1.0 + xi.clamp(-1.0, 1.0)), 0.5 * (1.0 + eta.clamp(-1.0, 1.0)));
+            let (s, t) = (
+                0.5 * (1.0 + xi.clamp(-1.0, 1.0)),
+                0.5 * (1.0 + eta.clamp(-1.0, 1.0)),
+            );
             (corner(k, 0, 0) * (1.0 - s) + corner(k, 1, 0) * s) * (1.0 - t)
                 + (corner(k, 0, 1) * (1.0 - s) + corner(k, 1, 1) * s) * t
         };
@@ -200,7 +233,13 @@ impl Grid {
             let miss = outside(xi).max(outside(eta)).max(outside(zeta));
             if best.is_none_or(|(least, _)| miss < least - 1e-9) {
                 let reference = Vec3::new(xi, eta, zeta).map(|c| c.clamp(-1.25, 1.25));
-                best = Some((miss, Place { element: element as usize, reference }));
+                best = Some((
+                    miss,
+                    Place {
+                        element: element as usize,
+                        reference,
+                    },
+                ));
             }
         }
         best
@@ -209,14 +248,20 @@ impl Grid {
     /// Nodes on the lower (`false`) or upper (`true`) end of the object along the layer axis: those that have no element
     /// beyond them in their column.
     pub fn end_nodes(&self, upper: bool) -> Vec<usize> {
-        let Elements::Hexahedra(cells) = &self.mesh.elements else { return Vec::new() };
+        let Elements::Hexahedra(cells) = &self.mesh.elements else {
+            return Vec::new();
+        };
         let (na, nb) = (self.lines[0].len(), self.lines[1].len());
         let layers = self.levels.count() - 1;
         let mut is_end = vec![false; self.mesh.nodes.len()];
         for j in 0..nb - 1 {
             for i in 0..na - 1 {
                 let of = |k: usize| self.hexahedron_of[i + (na - 1) * (j + (nb - 1) * k)];
-                let found = if upper { (0..layers).rev().map(of).find(|&e| e != NONE) } else { (0..layers).map(of).find(|&e| e != NONE) };
+                let found = if upper {
+                    (0..layers).rev().map(of).find(|&e| e != NONE)
+                } else {
+                    (0..layers).map(of).find(|&e| e != NONE)
+                };
                 let Some(e) = found else { continue };
                 let face = if upper { 4..8 } else { 0..4 };
                 for &node in &cells[e as usize][face] {
@@ -253,7 +298,11 @@ impl Levels {
 /// replaces it.
 fn grid_lines(low: f64, high: f64, size: f64, extra: &[f64]) -> Vec<f64> {
     let mut borders = vec![low, high];
-    borders.extend(extra.iter().filter(|&&x| x > low + 0.1 * size && x < high - 0.1 * size));
+    borders.extend(
+        extra
+            .iter()
+            .filter(|&&x| x > low + 0.1 * size && x < high - 0.1 * size),
+    );
     borders.sort_by(f64::total_cmp);
     borders.dedup_by(|a, b| (*a - *b).abs() < 0.1 * size);
     let mut lines = vec![borders[0]];
@@ -265,7 +314,10 @@ fn grid_lines(low: f64, high: f64, size: f64, extra: &[f64]) -> Vec<f64> {
 }
 
 fn cell_of(lines: &[f64], x: f64) -> usize {
-    lines.partition_point(|&l| l <= x).saturating_sub(1).min(lines.len() - 2)
+    lines
+        .partition_point(|&l| l <= x)
+        .saturating_sub(1)
+        .min(lines.len() - 2)
 }
 
 /// Fill of the octants of all cells of one column, lowest first.
@@ -296,8 +348,10 @@ fn column_fill(
                 let (low, high) = (levels.height(k, a, b), levels.height(k + 1, a, b));
                 let middle = 0.5 * (low + high);
                 for (upper, (from, to)) in [(low, middle), (middle, high)].into_iter().enumerate() {
-                    let inside: f64 =
-                        spans.iter().map(|s| (s[1].min(to) - s[0].max(from)).max(0.0)).sum();
+                    let inside: f64 = spans
+                        .iter()
+                        .map(|s| (s[1].min(to) - s[0].max(from)).max(0.0))
+                        .sum();
                     fill[octant(sa / SAMPLES, sb / SAMPLES, upper)] += share * inside / (to - from);
                 }
             }

@@ -28,7 +28,10 @@ impl Heights {
         let [a, b] = others(axis);
         let extent = [high[a] - low[a], high[b] - low[b]];
         let counts = extent.map(|e| ((e / spacing_mm).ceil() as usize).clamp(2, 2000) + 1);
-        let spacing = [extent[0] / (counts[0] - 1) as f64, extent[1] / (counts[1] - 1) as f64];
+        let spacing = [
+            extent[0] / (counts[0] - 1) as f64,
+            extent[1] / (counts[1] - 1) as f64,
+        ];
         let origin = [low[a], low[b]];
         let columns: Vec<Option<[f64; 2]>> = (0..counts[0] * counts[1])
             .into_par_iter()
@@ -43,10 +46,19 @@ impl Heights {
                 Some([spans.first()?[0], spans.last()?[1]])
             })
             .collect();
-        let floor = LEAST_THICKNESS * median_thickness(&columns).unwrap_or(high[axis.index()] - low[axis.index()]);
+        let floor =
+            LEAST_THICKNESS * median_thickness(&columns).unwrap_or(high[axis.index()] - low[axis.index()]);
         let known: Vec<Option<[f64; 2]>> = columns
             .into_iter()
-            .map(|c| c.map(|[l, h]| if h - l < floor { [0.5 * (l + h - floor), 0.5 * (l + h + floor)] } else { [l, h] }))
+            .map(|c| {
+                c.map(|[l, h]| {
+                    if h - l < floor {
+                        [0.5 * (l + h - floor), 0.5 * (l + h + floor)]
+                    } else {
+                        [l, h]
+                    }
+                })
+            })
             .collect();
         let fallback = [low[axis.index()], high[axis.index()]];
         let filled = carried_on(known, counts, fallback);
@@ -114,7 +126,16 @@ fn carried_on(mut known: Vec<Option<[f64; 2]>>, counts: [usize; 2], fallback: [f
                 continue;
             }
             let (i, j) = ((n % counts[0]) as isize, (n / counts[0]) as isize);
-            let near = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
+            let near = [
+                (-1, 0),
+                (1, 0),
+                (0, -1),
+                (0, 1),
+                (-1, -1),
+                (1, -1),
+                (-1, 1),
+                (1, 1),
+            ];
             let values: Vec<[f64; 2]> = near
                 .iter()
                 .map(|(di, dj)| (i + di, j + dj))

@@ -13,12 +13,14 @@
 //! | [`tree`], [`winding`], [`closest`], [`crossings`] | the hierarchy over triangles and its queries |
 //! | [`solid`] | the object's shape, with inside and outside |
 //! | [`region`] | boxes, cylinders and solids as level sets |
+//! | [`cells`] | regions cut into layers |
 //! | [`heights`] | lower and upper surface along an axis |
 //! | [`volume`], [`grid`] | volume meshes; the grid of hexahedra over a solid |
 //! | [`ray`] | where a line meets a surface |
 //! | [`shapes`] | generators of the objects that ship with pliant |
 
 pub mod axis;
+pub mod cells;
 pub mod closest;
 pub mod crossings;
 pub mod files;

@@ -30,7 +30,10 @@ pub fn hits(mesh: &TriMesh, origin: &Vec3, direction: &Vec3) -> Vec<Hit> {
         let v = direction.dot(&q) / determinant;
         if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
             // The normal ab × ac looks against the direction where the line enters: determinant > 0.
-            found.push(Hit { distance: ac.dot(&q) / determinant, enters: determinant > 0.0 });
+            found.push(Hit {
+                distance: ac.dot(&q) / determinant,
+                enters: determinant > 0.0,
+            });
         }
     }
     found.sort_by(|a, b| a.distance.total_cmp(&b.distance));

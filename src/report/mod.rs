@@ -6,7 +6,7 @@
 //! that plots and pictures end in), [`plot`] and [`bars`] (curves and errors), [`raster`] (triangles to pixels without
 //! a graphics card), [`shading`] (their normals, light and outlines), [`picture`] (an object cut open, a quantity on a
 //! surface), [`layouts`] (the rows that page and terminal share), [`page`] and [`style`] (the HTML page), [`table`]
-//! (the terminal).
+//! (the terminal), [`replicate`] (the page of a search).
 
 pub mod bars;
 pub mod colour;
@@ -15,6 +15,7 @@ pub mod page;
 pub mod picture;
 pub mod plot;
 pub mod raster;
+pub mod replicate;
 pub mod shading;
 pub mod svg;
 pub mod table;

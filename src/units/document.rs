@@ -45,7 +45,12 @@ impl Document {
         let before = self.text.get(..span.start).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
-        Mistake { file: self.file.clone(), line, column, message: message.into() }
+        Mistake {
+            file: self.file.clone(),
+            line,
+            column,
+            message: message.into(),
+        }
     }
 
     /// A path written in the file, taken from the folder that the file lies in.
@@ -66,22 +71,36 @@ mod tests {
     }
 
     fn document(text: &str) -> Document {
-        Document { file: "designs/a/goal.toml".into(), text: text.into() }
+        Document {
+            file: "designs/a/goal.toml".into(),
+            text: text.into(),
+        }
     }
 
     #[test]
     fn mistakes_name_file_line_and_column() {
         let error = document("\nforce = 12\n").parse::<Sample>().unwrap_err();
         assert_eq!((error.line, error.column), (2, 9));
-        assert!(error.to_string().starts_with("designs/a/goal.toml:2:9: "), "{error}");
-        let unknown = document("force = \"1 N\"\nfroce = 2\n").parse::<Sample>().unwrap_err();
+        assert!(
+            error.to_string().starts_with("designs/a/goal.toml:2:9: "),
+            "{error}"
+        );
+        let unknown = document("force = \"1 N\"\nfroce = 2\n")
+            .parse::<Sample>()
+            .unwrap_err();
         assert_eq!(unknown.line, 2);
         assert!(unknown.message.contains("froce"), "{unknown}");
     }
 
     #[test]
     fn paths_start_at_the_file() {
-        assert_eq!(document("").resolve("sole.stl"), PathBuf::from("designs/a/sole.stl"));
-        assert_eq!(document("").resolve("/tmp/sole.stl"), PathBuf::from("/tmp/sole.stl"));
+        assert_eq!(
+            document("").resolve("sole.stl"),
+            PathBuf::from("designs/a/sole.stl")
+        );
+        assert_eq!(
+            document("").resolve("/tmp/sole.stl"),
+            PathBuf::from("/tmp/sole.stl")
+        );
     }
 }

@@ -4,10 +4,10 @@
 //! following the object's own height (equal shares between its lower and upper surface). A point belongs to the first
 //! region that contains it. Cells are numbered region by region, from the lowest layer up.
 
-use crate::geometry::axis::Axis;
-use crate::geometry::heights::Heights;
-use crate::geometry::region::Region;
-use crate::geometry::solid::Solid;
+use super::axis::Axis;
+use super::heights::Heights;
+use super::region::Region;
+use super::solid::Solid;
 use crate::math::Vec3;
 
 /// How a region is cut into layers.
@@ -56,7 +56,12 @@ impl Cells {
             first.push(count);
             count += region.borders.len() - 1;
         }
-        Cells { regions, heights, first, count }
+        Cells {
+            regions,
+            heights,
+            first,
+            count,
+        }
     }
 
     /// Number of cells.
@@ -76,8 +81,11 @@ impl Cells {
 
     /// The cell that `point` \[mm\] belongs to, or `None` if no region contains it.
     pub fn cell_at(&self, point: &Vec3) -> Option<usize> {
-        let (index, region) =
-            self.regions.iter().enumerate().find(|(_, region)| region.region.contains(point))?;
+        let (index, region) = self
+            .regions
+            .iter()
+            .enumerate()
+            .find(|(_, region)| region.region.contains(point))?;
         let height = self.height_in(region, point);
         let layers = region.borders.len() - 1;
         let layer = region.borders[1..layers].partition_point(|&b| b <= height);
@@ -91,11 +99,15 @@ impl Cells {
         }
     }
 
-    /// Name of a cell for people: "sole, layer 2 of 4" counted from below.
+    /// Name of a cell for people: "sole 2" is the second layer from below.
     pub fn name(&self, cell: usize) -> String {
         let (region, layer) = self.place(cell);
         let layers = region.borders.len() - 1;
-        if layers == 1 { region.name.clone() } else { format!("{}, layer {} of {layers}", region.name, layer + 1) }
+        if layers == 1 {
+            region.name.clone()
+        } else {
+            format!("{} {}", region.name, layer + 1)
+        }
     }
 
     /// The region of a cell and its layer in it, from 0 below.
@@ -157,7 +169,10 @@ mod tests {
     use super::*;
 
     fn two_regions() -> Cells {
-        let inner = Region::Box { min: Vec3::new(0.0, 0.0, 0.0), max: Vec3::new(10.0, 10.0, 6.0) };
+        let inner = Region::Box {
+            min: Vec3::new(0.0, 0.0, 0.0),
+            max: Vec3::new(10.0, 10.0, 6.0),
+        };
         let region = |name: &str, region, borders: Vec<f64>| LayeredRegion {
             name: name.into(),
             region,
@@ -166,7 +181,10 @@ mod tests {
             borders,
         };
         Cells::new(
-            vec![region("heel", inner, vec![0.0, 3.0, 6.0]), region("rest", Region::Everything, vec![0.0, 2.0, 4.0, 6.0])],
+            vec![
+                region("heel", inner, vec![0.0, 3.0, 6.0]),
+                region("rest", Region::Everything, vec![0.0, 2.0, 4.0, 6.0]),
+            ],
             None,
         )
     }
@@ -181,8 +199,8 @@ mod tests {
         // Rounding at the object's surface must not drop a point out of the outer layers.
         assert_eq!(cells.cell_at(&Vec3::new(50.0, 5.0, -0.1)), Some(2));
         assert_eq!(cells.cell_at(&Vec3::new(50.0, 5.0, 6.1)), Some(4));
-        assert_eq!(cells.name(1), "heel, layer 2 of 2");
-        assert_eq!(cells.name(2), "rest, layer 1 of 3");
+        assert_eq!(cells.name(1), "heel 2");
+        assert_eq!(cells.name(2), "rest 1");
     }
 
     #[test]

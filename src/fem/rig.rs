@@ -3,16 +3,18 @@
 //! Everything that does not depend on the layout is made once: grid, supports, numbering, symbolic factorisation, nodal
 //! loads, sensors. A layout costs one numeric factorisation and one load curve for each example.
 
-use super::cells::Cells;
-use super::goal::Goal;
-use crate::fem::equilibrium::{Load, Options, Solver, Stop, Work};
-use crate::fem::example::{Example, Sensor};
-use crate::fem::forces::{Materials, point_fields};
-use crate::fem::model::{Model, ModelError};
+use super::elements::{gauss_points, trilinear};
+use super::equilibrium::{Load, Options, Solver, Stop, Work};
+use super::example::{Example, Sensor};
+use super::forces::{Materials, PointFields, point_fields};
+use super::model::{Model, ModelError};
+use super::setup::Setup;
 use crate::geometry::axis::Axis;
+use crate::geometry::cells::{Cells, LayeredRegion, Style};
 use crate::geometry::grid::{Grid, GridError, Levels};
 use crate::geometry::heights::others;
 use crate::geometry::region::Region;
+use crate::geometry::solid::Solid;
 use crate::material::law::Law;
 use crate::math::Vec3;
 use crate::numerics::cholesky::CholeskyError;
@@ -52,7 +54,7 @@ pub struct Rig {
 /// What a layout answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
-    /// Displacement components in the order of [`super::misfit::Target`] \[mm\]; beyond the load that was reached they
+    /// Displacement components in the order of `design::misfit::Target` \[mm\]; beyond the load that was reached they
     /// continue the last increment.
     pub displacements: Vec<f64>,
     /// Is every level in equilibrium?
@@ -71,7 +73,7 @@ pub enum RigError {
     /// The supports, taken together.
     #[error("{file}: {error}")]
     Model {
-        /// The goal's file.
+        /// The file.
         file: String,
         /// What is wrong.
         error: ModelError,
@@ -85,27 +87,37 @@ pub enum RigError {
 const LEAST_LEVELS: usize = 3;
 
 impl Rig {
-    /// Puts the goal's object on the bench.
+    /// Puts an object on the bench; `laws` is the palette that layouts refer to.
     ///
     /// # Errors
     /// [`RigError`]: too fine a grid, supports or contacts that miss the object.
-    pub fn new(goal: &Goal) -> Result<Rig, RigError> {
-        let grid = grid_for(&goal.object.solid, &goal.cells, goal.element_size_mm)?;
+    pub fn new(setup: &Setup, laws: Vec<Law>) -> Result<Rig, RigError> {
+        let grid = grid_for(&setup.object.solid, &setup.cells, setup.element_size_mm)?;
         let mut constrained = vec![[false; 3]; grid.mesh.nodes.len()];
-        for fixed in &goal.fixed {
-            fixed.hold(&goal.document, &grid, &mut constrained)?;
+        for fixed in &setup.fixed {
+            fixed.hold(&setup.document, &grid, &mut constrained)?;
         }
-        let model = Model::new(grid.mesh.clone(), Some(grid.fill.clone()), constrained)
-            .map_err(|error| RigError::Model { file: goal.file.display().to_string(), error })?;
-        let cell_of_point = cells_of_points(&grid, &goal.cells);
+        let model = Model::new(grid.mesh.clone(), Some(grid.fill.clone()), constrained).map_err(|error| {
+            RigError::Model {
+                file: setup.document.file.display().to_string(),
+                error,
+            }
+        })?;
+        let cell_of_point = cells_of_points(&grid, &setup.cells);
         let presses = goal
             .examples
             .iter()
-            .map(|example| press(goal, example, &grid))
+            .map(|example| press(setup, example, &grid))
             .collect::<Result<Vec<Press>, Mistake>>()?;
-        let components = goal.examples.iter().map(components_of).sum();
-        let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
-        Ok(Rig { grid, model, cell_of_point, presses, laws, components })
+        let components = setup.examples.iter().map(components_of).sum();
+        Ok(Rig {
+            grid,
+            model,
+            cell_of_point,
+            presses,
+            laws,
+            components,
+        })
     }
 
     /// Number of displacement components in a response.
@@ -118,7 +130,10 @@ impl Rig {
     /// # Errors
     /// [`CholeskyError::OutOfMemory`].
     pub fn bench(&self) -> Result<Bench<'_>, CholeskyError> {
-        Ok(Bench { rig: self, solver: Solver::new(&self.model)? })
+        Ok(Bench {
+            rig: self,
+            solver: Solver::new(&self.model)?,
+        })
     }
 
     fn laws_of(&self, layout: &[u8]) -> Vec<&Law> {
@@ -152,19 +167,34 @@ impl Bench<'_> {
     /// Presses one layout as all examples say.
     pub fn respond(&mut self, layout: &[u8], options: &Options, cancelled: &dyn Fn() -> bool) -> Response {
         let laws = self.rig.laws_of(layout);
-        let materials = Materials { laws: &laws, cell_of_point: &self.rig.cell_of_point };
-        let mut response = Response { displacements: Vec::with_capacity(self.rig.components), complete: true };
+        let materials = Materials {
+            laws: &laws,
+            cell_of_point: &self.rig.cell_of_point,
+        };
+        let mut response = Response {
+            displacements: Vec::with_capacity(self.rig.components),
+            complete: true,
+        };
         if self.solver.start(&materials).is_err() {
             response.complete = false;
             response.displacements.resize(self.rig.components, f64::NAN);
             return response;
         }
         for press in &self.rig.presses {
-            let curve = self.solver.curve(&materials, &press.load, &press.factors, options, cancelled);
+            let curve = self
+                .solver
+                .curve(&materials, &press.load, &press.factors, options, cancelled);
             response.complete &= curve.stop == Stop::Converged;
             let reached = curve.levels.len();
             let read = |u: &[Vec3]| -> Vec<f64> {
-                press.sensors.iter().flat_map(|(s, along)| { let moved = s.read(u); along.iter().map(move |d| moved.dot(d)).collect::<Vec<f64>>() }).collect()
+                press
+                    .sensors
+                    .iter()
+                    .flat_map(|(s, along)| {
+                        let moved = s.read(u);
+                        along.iter().map(move |d| moved.dot(d)).collect::<Vec<f64>>()
+                    })
+                    .collect()
             };
             let mut series: Vec<Vec<f64>> = curve.levels.iter().map(|u| read(u)).collect();
             for level in reached..press.factors.len() {
@@ -178,13 +208,24 @@ impl Bench<'_> {
     /// Presses one layout as example `index` says and keeps the whole displacement field.
     pub fn press(&mut self, layout: &[u8], index: usize, options: &Options) -> PressOutcome {
         let laws = self.rig.laws_of(layout);
-        let materials = Materials { laws: &laws, cell_of_point: &self.rig.cell_of_point };
+        let materials = Materials {
+            laws: &laws,
+            cell_of_point: &self.rig.cell_of_point,
+        };
         let press = &self.rig.presses[index];
         if self.solver.start(&materials).is_err() {
             let (levels, work) = (Vec::new(), Work::default());
-            return PressOutcome { levels, stop: Stop::Unstable, reached: 0.0, work, share_outside_range: 0.0 };
+            return PressOutcome {
+                levels,
+                stop: Stop::Unstable,
+                reached: 0.0,
+                work,
+                share_outside_range: 0.0,
+            };
         }
-        let curve = self.solver.curve(&materials, &press.load, &press.factors, options, &|| false);
+        let curve = self
+            .solver
+            .curve(&materials, &press.load, &press.factors, options, &|| false);
         let share_outside_range = curve.levels.last().map_or(0.0, |u| {
             let fields = point_fields(&self.rig.model.parts, u, &materials);
             let outside = fields.in_range.iter().filter(|inside| !**inside).count();
@@ -201,6 +242,11 @@ impl Bench<'_> {
 }
 
 impl Press {
+    /// Displacement of the measured point `index`, given the nodes', `(nodes)` \[mm\].
+    pub fn read(&self, index: usize, u: &[Vec3]) -> Vec3 {
+        self.sensors[index].0.read(u)
+    }
+
     fn components(&self) -> usize {
         self.sensors.iter().map(|(_, along)| along.len()).sum()
     }
@@ -208,10 +254,16 @@ impl Press {
 
 /// The displacements of a level that was not reached: the last increment goes on, or grows from rest.
 fn continued(series: &[Vec<f64>], factors: &[f64], level: usize, components: usize) -> Vec<f64> {
-    let Some(last) = series.last() else { return vec![f64::NAN; components] };
+    let Some(last) = series.last() else {
+        return vec![f64::NAN; components];
+    };
     let (t1, t) = (factors[level - 1], factors[level]);
     match level.checked_sub(2).map(|k| (&series[k], factors[k])) {
-        Some((older, t0)) => last.iter().zip(older).map(|(b, a)| b + (b - a) * (t - t1) / (t1 - t0)).collect(),
+        Some((older, t0)) => last
+            .iter()
+            .zip(older)
+            .map(|(b, a)| b + (b - a) * (t - t1) / (t1 - t0))
+            .collect(),
         None => last.iter().map(|b| b * t / t1).collect(),
     }
 }
@@ -220,33 +272,55 @@ fn components_of(example: &Example) -> usize {
     example.points.iter().map(|p| p.directions.len()).sum::<usize>() * example.forces_n.len()
 }
 
-fn press(goal: &Goal, example: &Example, grid: &Grid) -> Result<Press, Mistake> {
-    let fail = |message: String| goal.document.mistake(&(0..0), format!("example {:?}: {message}", example.name));
-    let (mut forces, contact_point) =
-        example.contact.unit_load(&goal.object.solid, grid).map_err(|e| fail(e.to_string()))?;
-    let largest = *example.forces_n.last().ok_or_else(|| fail("has no forces".into()))?;
+fn press(setup: &Setup, example: &Example, grid: &Grid) -> Result<Press, Mistake> {
+    let fail = |message: String| {
+        setup
+            .document
+            .mistake(&(0..0), format!("example {:?}: {message}", example.name))
+    };
+    let (mut forces, contact_point) = example
+        .contact
+        .unit_load(&setup.object.solid, grid)
+        .map_err(|e| fail(e.to_string()))?;
+    let largest = *example
+        .forces_n
+        .last()
+        .ok_or_else(|| fail("has no forces".into()))?;
     forces.iter_mut().for_each(|f| *f *= largest);
-    let (low, high) = goal.object.solid.bounds();
+    let (low, high) = setup.object.solid.bounds();
     let margin = 0.05 * (high - low).norm();
     let mut sensors = Vec::new();
     for point in &example.points {
         let off = (low - point.place).sup(&(point.place - high)).max();
-        let place = if point.place == example.contact.point { contact_point } else { point.place };
-        let sensor = Sensor::at(grid, &place).filter(|_| off <= margin).ok_or_else(|| {
-            fail(format!("the measured point ({:.1}, {:.1}, {:.1}) mm lies {off:.1} mm off the object", place.x, place.y, place.z))
-        })?;
+        let place = if point.place == example.contact.point {
+            contact_point
+        } else {
+            point.place
+        };
+        let sensor = Sensor::at(grid, &place)
+            .filter(|_| off <= margin)
+            .ok_or_else(|| {
+                fail(format!(
+                    "the measured point ({:.1}, {:.1}, {:.1}) mm lies {off:.1} mm off the object",
+                    place.x, place.y, place.z
+                ))
+            })?;
         sensors.push((sensor, point.directions.clone()));
     }
     let factors = example.forces_n.iter().map(|f| f / largest).collect();
-    Ok(Press { load: Load { forces, prescribed: None }, factors, contact_point, sensors })
+    Ok(Press {
+        load: Load {
+            forces,
+            prescribed: None,
+        },
+        factors,
+        contact_point,
+        sensors,
+    })
 }
 
 /// A grid whose faces lie on the layer borders: at shares of the height if a region follows it, flat otherwise.
-fn grid_for(
-    solid: &crate::geometry::solid::Solid,
-    cells: &Cells,
-    size_mm: f64,
-) -> Result<Grid, GridError> {
+fn grid_for(solid: &Solid, cells: &Cells, size_mm: f64) -> Result<Grid, GridError> {
     let follows = cells.heights();
     let axis = match follows {
         Some(heights) => heights.axis(),
@@ -254,12 +328,21 @@ fn grid_for(
     };
     let (low, high) = solid.bounds();
     let extent = [low[axis.index()], high[axis.index()]];
-    let own = |r: &&super::cells::LayeredRegion| r.axis == axis && (r.style == super::cells::Style::Follow) == follows.is_some();
-    let mut borders: Vec<f64> =
-        cells.regions().iter().filter(own).flat_map(|r| r.borders.iter().copied()).collect();
+    let own = |r: &&LayeredRegion| r.axis == axis && (r.style == Style::Follow) == follows.is_some();
+    let mut borders: Vec<f64> = cells
+        .regions()
+        .iter()
+        .filter(own)
+        .flat_map(|r| r.borders.iter().copied())
+        .collect();
     let ends = if follows.is_some() { [0.0, 1.0] } else { extent };
     borders.extend(ends);
-    let levels = refined(borders, LEAST_LEVELS, (extent[1] - extent[0]) * if follows.is_some() { 1.0 } else { 0.0 }, size_mm);
+    let levels = refined(
+        borders,
+        LEAST_LEVELS,
+        (extent[1] - extent[0]) * if follows.is_some() { 1.0 } else { 0.0 },
+        size_mm,
+    );
     let levels = match follows {
         Some(heights) => Levels::Following(heights.clone(), levels),
         None => Levels::Flat(levels),
@@ -302,15 +385,19 @@ fn lines_along(cells: &Cells, component: usize) -> Vec<f64> {
 
 /// The cell at the middle of each octant; a point outside all regions takes its hexahedron's most frequent cell.
 fn cells_of_points(grid: &Grid, cells: &Cells) -> Vec<u16> {
-    let points = crate::fem::elements::gauss_points();
+    let points = gauss_points();
     let mut result = Vec::with_capacity(grid.fill.len());
     for e in 0..grid.mesh.elements.len() {
         let nodes = grid.mesh.elements.nodes_of(e);
         let found: Vec<Option<usize>> = points
             .iter()
             .map(|at| {
-                let weights = crate::fem::elements::trilinear(at);
-                let place: Vec3 = nodes.iter().zip(weights).map(|(&n, w)| grid.mesh.nodes[n as usize] * w).sum();
+                let weights = trilinear(at);
+                let place: Vec3 = nodes
+                    .iter()
+                    .zip(weights)
+                    .map(|(&n, w)| grid.mesh.nodes[n as usize] * w)
+                    .sum();
                 cells.cell_at(&place)
             })
             .collect();

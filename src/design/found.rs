@@ -1,0 +1,325 @@
+//! What a search leaves behind: `found/layout.toml`, enough to export or re-simulate the layout later without a search.
+
+use super::goal::Goal;
+use super::misfit::{Misfit, Target};
+use super::search::{Options, Outcome, Stop};
+use crate::fem::rig::Layout;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The version of `layout.toml` that this program writes and reads.
+pub const SCHEMA: u32 = 1;
+
+/// The whole file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// Version of this format.
+    pub schema: u32,
+    /// The object's name.
+    pub name: String,
+    /// Version of pliant that searched.
+    pub pliant: String,
+    /// The goal's file, from the folder of this one.
+    pub goal: String,
+    /// SHA-256 of the goal's file, so that a changed goal is noticed.
+    pub goal_sha256: String,
+    /// The error of the layout.
+    pub error: FoundError,
+    /// What was searched and how.
+    pub search: FoundSearch,
+    /// The materials that the layout uses.
+    pub material: Vec<FoundMaterial>,
+    /// The cells.
+    pub cell: Vec<FoundCell>,
+    /// The next best layouts.
+    #[serde(default)]
+    pub runner_up: Vec<FoundLayout>,
+}
+
+/// `[error]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundError {
+    /// Root mean square displacement error \[mm\].
+    pub rms_mm: f64,
+    /// Largest displacement error \[mm\].
+    pub max_mm: f64,
+    /// The largest target displacement \[mm\], which percentages refer to.
+    pub largest_target_mm: f64,
+    /// RMS error of the best single material \[mm\].
+    pub best_single_material_rms_mm: Option<f64>,
+    /// That material's id.
+    pub best_single_material: Option<String>,
+}
+
+/// `[search]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundSearch {
+    /// Why it ended.
+    pub stop: Stop,
+    /// The options, seed included.
+    pub options: Options,
+    /// Tolerance of each simulation.
+    pub tolerance: f64,
+    /// Edge length of the elements \[mm\].
+    pub element_size_mm: f64,
+    /// Ids of the palette.
+    pub palette: Vec<String>,
+    /// Layouts simulated.
+    pub simulations: usize,
+    /// Of these, without equilibrium under all loads.
+    pub failed: usize,
+    /// Nodes dropped by their bound.
+    pub culled: usize,
+    /// Nodes merged into a representative.
+    pub merged: usize,
+}
+
+/// `[[material]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundMaterial {
+    /// Id in the database.
+    pub id: String,
+    /// Name for people.
+    pub name: String,
+    /// Display colour, `#rrggbb`.
+    pub colour: String,
+    /// Is it synthetic?
+    pub synthetic: bool,
+}
+
+/// `[[cell]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundCell {
+    /// Name of the cell.
+    pub name: String,
+    /// Id of its material.
+    pub material: String,
+}
+
+/// `[[runner_up]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundLayout {
+    /// Id of each cell's material.
+    pub materials: Vec<String>,
+    /// Root mean square displacement error \[mm\].
+    pub rms_mm: f64,
+    /// Largest displacement error \[mm\].
+    pub max_mm: f64,
+}
+
+/// Why a layout file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FoundFileError {
+    /// It cannot be read.
+    #[error("{}: cannot be read: {reason}; `pliant replicate` makes it", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system or the parser said.
+        reason: String,
+    },
+    /// It cannot be written.
+    #[error("{}: cannot be written: {reason}", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// It does not fit the goal.
+    #[error("{}: {reason}; run `pliant replicate` again", file.display())]
+    Stale {
+        /// The file.
+        file: PathBuf,
+        /// What differs.
+        reason: String,
+    },
+}
+
+impl Found {
+    /// The record of a search; `None` if it found nothing.
+    pub fn new(
+        goal: &Goal,
+        target: &Target,
+        outcome: &Outcome,
+        options: &Options,
+        tolerance: f64,
+    ) -> Option<Found> {
+        let best = outcome.best.first()?;
+        let id = |m: u8| goal.palette[m as usize].record.id.clone();
+        let mut used: Vec<u8> = best.layout.clone();
+        used.sort_unstable();
+        used.dedup();
+        let material = used
+            .iter()
+            .map(|&m| {
+                let r = &goal.palette[m as usize].record;
+                let (name, colour) = (r.name.clone(), r.colour.clone());
+                FoundMaterial {
+                    id: r.id.clone(),
+                    name,
+                    colour,
+                    synthetic: r.synthetic,
+                }
+            })
+            .collect();
+        let cell = best
+            .layout
+            .iter()
+            .enumerate()
+            .map(|(c, &m)| FoundCell {
+                name: goal.setup.cells.name(c),
+                material: id(m),
+            })
+            .collect();
+        let runner_up = outcome.best[1..]
+            .iter()
+            .map(|r| FoundLayout {
+                materials: r.layout.iter().map(|&m| id(m)).collect(),
+                rms_mm: r.misfit.rms_mm,
+                max_mm: r.misfit.max_mm,
+            })
+            .collect();
+        let uniform = outcome.best_uniform.as_ref();
+        Some(Found {
+            schema: SCHEMA,
+            name: goal.name.clone(),
+            pliant: env!("CARGO_PKG_VERSION").into(),
+            goal: goal_from_found(goal),
+            goal_sha256: sha256(goal.setup.document.text.as_bytes()),
+            error: FoundError {
+                rms_mm: best.misfit.rms_mm,
+                max_mm: best.misfit.max_mm,
+                largest_target_mm: target.largest_mm(),
+                best_single_material_rms_mm: uniform.map(|u| u.misfit.rms_mm),
+                best_single_material: uniform.map(|u| id(u.layout[0])),
+            },
+            search: FoundSearch {
+                stop: outcome.stop,
+                options: *options,
+                tolerance,
+                element_size_mm: goal.setup.element_size_mm,
+                palette: goal.palette.iter().map(|m| m.record.id.clone()).collect(),
+                simulations: outcome.simulations,
+                failed: outcome.failed,
+                culled: outcome.culled,
+                merged: outcome.merged,
+            },
+            material,
+            cell,
+            runner_up,
+        })
+    }
+
+    /// Reads a layout file.
+    ///
+    /// # Errors
+    /// [`FoundFileError::Read`]: missing, not TOML, or of another version.
+    pub fn read(file: &Path) -> Result<Found, FoundFileError> {
+        let fail = |reason: String| FoundFileError::Read {
+            file: file.to_path_buf(),
+            reason,
+        };
+        let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+        let found: Found = toml::from_str(&text).map_err(|e| fail(e.to_string()))?;
+        if found.schema != SCHEMA {
+            return Err(fail(format!(
+                "schema {} where {SCHEMA} was expected",
+                found.schema
+            )));
+        }
+        Ok(found)
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// [`FoundFileError::Write`].
+    pub fn write(&self, file: &Path) -> Result<(), FoundFileError> {
+        let fail = |reason: String| FoundFileError::Write {
+            file: file.to_path_buf(),
+            reason,
+        };
+        let text = toml::to_string(self).map_err(|e| fail(e.to_string()))?;
+        let head = "# Written by `pliant replicate`. `pliant export` and `pliant simulate` read it.\n";
+        replace_file(file, format!("{head}{text}").as_bytes()).map_err(|e| fail(e.to_string()))
+    }
+
+    /// The layout in terms of the goal's palette, and its error as the search found it.
+    ///
+    /// # Errors
+    /// [`FoundFileError::Stale`] if the goal has changed since.
+    pub fn layout(&self, goal: &Goal, file: &Path) -> Result<(Layout, Misfit), FoundFileError> {
+        let stale = |reason: String| FoundFileError::Stale {
+            file: file.to_path_buf(),
+            reason,
+        };
+        if self.goal_sha256 != sha256(goal.setup.document.text.as_bytes()) {
+            return Err(stale(format!(
+                "{} has changed since this layout was found",
+                goal.file().display()
+            )));
+        }
+        if self.cell.len() != goal.setup.cells.count() {
+            return Err(stale(format!(
+                "it has {} cells and the goal {}",
+                self.cell.len(),
+                goal.setup.cells.count()
+            )));
+        }
+        let place = |id: &str| goal.palette.iter().position(|m| m.record.id == id);
+        let layout = self
+            .cell
+            .iter()
+            .map(|c| place(&c.material).map(|m| m as u8))
+            .collect::<Option<Layout>>()
+            .ok_or_else(|| stale("it uses a material that the goal's palette does not hold".into()))?;
+        Ok((
+            layout,
+            Misfit {
+                rms_mm: self.error.rms_mm,
+                max_mm: self.error.max_mm,
+            },
+        ))
+    }
+}
+
+fn goal_from_found(goal: &Goal) -> String {
+    let name = goal
+        .file()
+        .file_name()
+        .map_or("goal.toml".into(), |n| n.to_string_lossy());
+    format!("../{name}")
+}
+
+/// Lower-case hexadecimal SHA-256.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Writes `bytes` to a file beside `file`, brings them to the disk, and renames: a reader sees the old or the new file,
+/// never half of one. Makes the folder if it is missing.
+///
+/// # Errors
+/// What the system says.
+pub fn replace_file(file: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = file
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut aside = tempfile::NamedTempFile::new_in(folder)?;
+    aside.write_all(bytes)?;
+    aside.as_file().sync_all()?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        aside
+            .as_file()
+            .set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    aside.persist(file).map_err(|e| e.error)?;
+    Ok(())
+}
