@@ -26,8 +26,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Looking along `direction` with `up` upwards, neither of which need be of unit length or orthogonal. Where they are of no
-    /// use (zero, parallel, not finite) another upward direction is taken.
+    /// Looking along `direction` with `up` upwards, neither of which need be of unit length or orthogonal. Where they
+    /// are of no use (zero, parallel, not finite) another upward direction is taken.
     pub fn looking(direction: Vec3, up: Vec3) -> Self {
         let towards = match unit(-direction) {
             zero if zero == Vec3::zeros() => Vec3::z(),
@@ -80,8 +80,8 @@ pub struct View {
 }
 
 impl View {
-    /// A sheet of a width on which all vertices are seen, with a margin about them, at most `tallest` high \[px\]. `None` if no
-    /// vertex has finite coordinates.
+    /// A sheet of a width on which all vertices are seen, with a margin about them, at most `tallest` high \[px\].
+    /// `None` if no vertex has finite coordinates.
     pub fn fitted<'a>(
         camera: Camera,
         meshes: impl IntoIterator<Item = &'a TriMesh>,
@@ -139,7 +139,8 @@ pub enum Paint<'a> {
     Faces(&'a [Colour]),
     /// A colour for each vertex, `(n)`, blended between them in sRGB.
     Vertices(&'a [Colour]),
-    /// A value for each vertex, `(n)`, interpolated and then shown on the sequential map from the range's first end to its second.
+    /// A value for each vertex, `(n)`, interpolated and then shown on the sequential map from the range's first end to
+    /// its second.
     Values(&'a [f64], [f64; 2]),
 }
 
