@@ -21,7 +21,8 @@ pub enum PictureError {
     },
     /// Values that belong to another mesh.
     #[error(
-        "the picture `{title}` has {values} values for {vertices} vertices: give one for each vertex, NaN where none is known"
+        "the picture `{title}` has {values} values for {vertices} vertices: give one for each vertex, NaN where none \
+         is known"
     )]
     Values {
         /// The picture's title.
@@ -201,7 +202,8 @@ impl<'a> SurfaceMap<'a> {
     /// The picture.
     ///
     /// # Errors
-    /// [`PictureError::Values`] if there is not one value for each vertex, [`PictureError::Empty`] where there is nothing to see.
+    /// [`PictureError::Values`] if there is not one value for each vertex, [`PictureError::Empty`] where there is
+    /// nothing to see.
     pub fn picture(&self, camera: &Camera) -> Result<Picture, PictureError> {
         let (values, vertices) = (self.values.len(), self.mesh.vertices.len());
         if values != vertices {

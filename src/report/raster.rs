@@ -359,6 +359,9 @@ impl Sheet {
             .collect();
         let lit = |index: usize| -> [f64; 3] {
             let sample = &self.samples[index];
+            if sample.shape == 0 && lines[index] == 0.0 {
+                return [1.0; 3];
+            }
             let factor = match sample.shape {
                 0 => 1.0,
                 _ => rendering
@@ -383,7 +386,11 @@ impl Sheet {
                         sum = [0, 1, 2].map(|channel| sum[channel] + light[channel]);
                     }
                 }
-                let mean = Colour::from_linear(sum.map(|light| light * share));
+                let mean = match sum.map(|light| light * share) {
+                    // Paper, most of the sheet: its white needs no powers.
+                    [red, green, blue] if red.min(green).min(blue) >= 1.0 => Colour::rgb(255, 255, 255),
+                    mean => Colour::from_linear(mean),
+                };
                 rgba.extend([mean.red, mean.green, mean.blue, 255]);
             }
         }
