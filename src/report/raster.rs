@@ -531,7 +531,7 @@ mod tests {
         let image = render(
             &[Shape {
                 mesh: &mesh,
-                paint: Paint::Uniform(INK),
+                paint: Paint::Uniform(Colour::qualitative(0)),
             }],
             &view,
             PLAIN,
@@ -542,8 +542,6 @@ mod tests {
             }
         }
     }
-
-    const INK: Colour = Colour::rgb(20, 20, 20);
 
     #[test]
     fn values_are_shown_where_they_are() {
