@@ -6,7 +6,7 @@
 use super::elements::{gauss_points, trilinear};
 use super::equilibrium::{Load, Options, Solver, Stop, Work};
 use super::example::{Example, Sensor};
-use super::forces::{Materials, PointFields, point_fields};
+use super::forces::{Materials, point_fields};
 use super::model::{Model, ModelError};
 use super::setup::Setup;
 use crate::geometry::axis::Axis;
@@ -104,7 +104,7 @@ impl Rig {
             }
         })?;
         let cell_of_point = cells_of_points(&grid, &setup.cells);
-        let presses = goal
+        let presses = setup
             .examples
             .iter()
             .map(|example| press(setup, example, &grid))

@@ -1,11 +1,11 @@
 //! What a result looks like: plots, pictures, tables and the page that gathers them (the thesis' figures 8.9 to 8.11
-//! are the models). Everything here takes plain numbers and surfaces, so that any stage may use it, and gives bytes
+//! are the models). Plots and pictures take plain numbers and surfaces, so that any stage may use them, and give bytes
 //! that depend on nothing but those: the same result makes the same page.
 //!
 //! Rooms: [`colour`] (palettes that survive colour blindness), [`ticks`] (round numbers on axes), [`svg`] (the drawing
 //! that plots and pictures end in), [`plot`] and [`bars`] (curves and errors), [`raster`] (triangles to pixels without
 //! a graphics card), [`shading`] (their normals, light and outlines), [`picture`] (an object cut open, a quantity on a
-//! surface), [`layouts`] (the rows that page and terminal share), [`page`] and [`style`] (the HTML page), [`table`]
+//! surface), [`layouts`] (the rows that page and terminal share), [`page`] and `style` (the HTML page), [`table`]
 //! (the terminal), [`replicate`] (the page of a search).
 
 pub mod bars;

@@ -177,7 +177,10 @@ impl ReplicatePage {
                     }
                 }
             }
-            p.note { "Errors of the displacements over all examples and forces; percentages are of the largest target displacement." }
+            p.note {
+                "Errors of the displacements over all examples and forces; "
+                "percentages are of the largest target displacement."
+            }
         }
     }
 

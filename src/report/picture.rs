@@ -1,12 +1,12 @@
 //! Pictures of an object with their legends: its parts in colour, cut open; a quantity on its surface. The shaded
 //! surface is a PNG, everything that is read is text about it.
 
-use super::colour::{Colour, NO_VALUE, sequential};
-use super::plot::Axis;
-use super::raster::{Camera, Lines, Paint, Rendering, Shape, View, fraction, render};
+use super::colour::Colour;
+use super::legend::{ColourBar, Legend};
+use super::raster::{Camera, Lines, Paint, Rendering, Shape, View, render};
 use super::shading::{Light, unit};
 use super::svg::{self, Anchor, Drawing, Stroke, Svg, Type};
-use super::ticks::{Ticks, extent, significant};
+use super::ticks::{Ticks, extent};
 use crate::geometry::surface::TriMesh;
 use crate::math::Vec3;
 
@@ -21,7 +21,8 @@ pub enum PictureError {
     },
     /// Values that belong to another mesh.
     #[error(
-        "the picture `{title}` has {values} values for {vertices} vertices: give one for each vertex, NaN where none is known"
+        "the picture `{title}` has {values} values for {vertices} vertices: give one for each vertex, NaN where none \
+         is known"
     )]
     Values {
         /// The picture's title.
@@ -201,7 +202,8 @@ impl<'a> SurfaceMap<'a> {
     /// The picture.
     ///
     /// # Errors
-    /// [`PictureError::Values`] if there is not one value for each vertex, [`PictureError::Empty`] where there is nothing to see.
+    /// [`PictureError::Values`] if there is not one value for each vertex, [`PictureError::Empty`] where there is
+    /// nothing to see.
     pub fn picture(&self, camera: &Camera) -> Result<Picture, PictureError> {
         let (values, vertices) = (self.values.len(), self.mesh.vertices.len());
         if values != vertices {
@@ -235,28 +237,6 @@ impl<'a> SurfaceMap<'a> {
     }
 }
 
-/// How the colours of a quantity are read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ColourBar {
-    /// The quantity's name.
-    pub quantity: String,
-    /// Its unit.
-    pub unit: String,
-    /// The values at the two ends.
-    pub range: [f64; 2],
-    /// Whether some places have no value.
-    pub unknown: bool,
-}
-
-/// What the colours of a picture mean.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Legend {
-    /// Names and colours of parts.
-    Parts(Vec<(String, Colour)>),
-    /// A scale of values.
-    Scale(ColourBar),
-}
-
 /// A finished picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -273,7 +253,6 @@ pub struct Picture {
 const WIDTH: f64 = super::plot::WIDTH;
 /// Pixels of the PNG to a pixel of the page, for dense screens and print.
 const DENSITY: u32 = 2;
-const ROW: f64 = 21.0;
 
 impl Picture {
     fn of(
@@ -329,24 +308,14 @@ impl Picture {
             .map(|[tail, _]| tail[1]);
         let top = (14.0 - highest.fold(f64::INFINITY, f64::min)).max(0.0);
         let bottom = top + height + 34.0;
-        let mut drawing = Drawing::new(WIDTH, bottom + self.legend_height());
+        let mut drawing = Drawing::new(WIDTH, bottom + self.legend.height());
         drawing.png([0.0, top], [WIDTH, height], &self.png);
         for marker in &self.markers {
             self.draw_marker(&mut drawing, marker, top);
         }
         self.draw_scale(&mut drawing, bottom - 14.0);
-        match &self.legend {
-            Legend::Parts(entries) => draw_entries(&mut drawing, entries, bottom),
-            Legend::Scale(bar) => draw_bar(&mut drawing, bar, bottom + 4.0),
-        }
+        self.legend.draw(&mut drawing, bottom);
         drawing.finish(&self.title)
-    }
-
-    fn legend_height(&self) -> f64 {
-        match &self.legend {
-            Legend::Parts(entries) => entries.len().div_ceil(columns(entries)) as f64 * ROW + 6.0,
-            Legend::Scale(_) => 66.0,
-        }
     }
 
     /// Where a point is in the drawing, without the shift to the top \[px\].
@@ -432,111 +401,9 @@ impl Picture {
     }
 }
 
-fn columns(entries: &[(String, Colour)]) -> usize {
-    let widest = entries
-        .iter()
-        .map(|(name, _)| svg::text_width(name, 12.5))
-        .fold(0.0, f64::max);
-    ((WIDTH - 32.0) / (widest + 44.0)).floor().clamp(1.0, 4.0) as usize
-}
-
-fn draw_entries(drawing: &mut Drawing, entries: &[(String, Colour)], top: f64) {
-    let columns = columns(entries);
-    let width = (WIDTH - 32.0) / columns as f64;
-    for (index, (name, colour)) in entries.iter().enumerate() {
-        let x = 16.0 + (index % columns) as f64 * width;
-        let y = top + 14.0 + (index / columns) as f64 * ROW;
-        drawing.rectangle([x, y - 11.0], [14.0, 14.0], 3.0, *colour);
-        drawing.frame(
-            [x + 0.5, y - 10.5],
-            [13.0, 13.0],
-            Stroke::solid(svg::SOFT_INK, 0.6),
-        );
-        drawing.text(
-            [x + 22.0, y],
-            &svg::fitted(name, 12.5, width - 30.0),
-            Type::of(12.5),
-            false,
-        );
-    }
-}
-
-fn draw_bar(drawing: &mut Drawing, bar: &ColourBar, top: f64) {
-    let small = Type::of(12.0).coloured(svg::SOFT_INK);
-    let unit = if bar.unit.is_empty() {
-        String::new()
-    } else {
-        format!(" [{}]", bar.unit)
-    };
-    drawing.text(
-        [16.0, top + 8.0],
-        &format!("{}{unit}", bar.quantity),
-        Type::of(13.0),
-        false,
-    );
-    if bar.unknown {
-        drawing.rectangle([WIDTH - 84.0, top - 3.0], [12.0, 12.0], 2.0, NO_VALUE);
-        drawing.text([WIDTH - 67.0, top + 8.0], "no value", small, false);
-    }
-    let axis = bar_axis(bar.range);
-    let (left, right) = (axis.pixels[0], axis.pixels[1]);
-    let steps = 71;
-    let width = (right - left) / f64::from(steps);
-    for step in 0..steps {
-        let x = left + f64::from(step) * width;
-        let colour = sequential(fraction(f64::from(step) + 0.5, [0.0, f64::from(steps)]));
-        // A little overlap, so that no seams show between them.
-        let overlap = if step + 1 < steps { 0.6 } else { 0.0 };
-        drawing.rectangle([x, top + 16.0], [width + overlap, 14.0], 0.0, colour);
-    }
-    let mark = Stroke::solid(svg::SOFT_INK, 1.0);
-    let mut labels = bar_labels(bar.range);
-    labels.dedup_by(|later, earlier| later.1 == earlier.1);
-    for (value, label) in labels {
-        let x = if bar.range[1] > bar.range[0] {
-            axis.at(value)
-        } else {
-            left
-        };
-        drawing.line(&[[x, top + 30.0], [x, top + 34.0]], mark);
-        drawing.text([x, top + 47.0], &label, small.anchored(Anchor::Middle), false);
-    }
-}
-
-fn bar_axis(range: [f64; 2]) -> Axis {
-    Axis {
-        range,
-        pixels: [28.0, WIDTH - 28.0],
-    }
-}
-
-/// The values written on a colour bar: both ends, and round ones between that don't crowd them.
-fn bar_labels([low, high]: [f64; 2]) -> Vec<(f64, String)> {
-    let end = |value: f64| {
-        let text = significant(value, 3);
-        let short = text.trim_end_matches('0').trim_end_matches('.');
-        if text.contains('.') && !text.contains('×') {
-            short.to_owned()
-        } else {
-            text
-        }
-    };
-    let mut labels = vec![(low, end(low))];
-    if high > low {
-        let ticks = Ticks::between(low, high, 5);
-        let clear = 0.09 * (high - low);
-        let between = ticks
-            .values
-            .iter()
-            .filter(|tick| **tick - low > clear && high - **tick > clear);
-        labels.extend(between.map(|tick| (*tick, ticks.label(*tick))));
-        labels.push((high, end(high)));
-    }
-    labels
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::colour::NO_VALUE;
     use super::*;
 
     fn triangle() -> TriMesh {
@@ -558,13 +425,12 @@ mod tests {
             panic!("no scale")
         };
         assert_eq!(bar.range, [0.137, 2.46]);
-        let labels = bar_labels(bar.range);
-        assert_eq!(labels.first().map(|label| label.1.as_str()), Some("0.137"));
-        assert_eq!(labels.last().map(|label| label.1.as_str()), Some("2.46"));
-        assert!(labels.windows(2).all(|pair| pair[0].0 < pair[1].0), "{labels:?}");
-        assert_eq!(bar_axis(bar.range).at(2.46), WIDTH - 28.0);
         let svg = picture.svg();
-        assert!(svg.as_str().contains("error [mm]") && svg.as_str().contains(">2.46</text>"));
+        assert!(
+            svg.as_str().contains("error [mm]")
+                && svg.as_str().contains(">0.137</text>")
+                && svg.as_str().contains(">2.46</text>")
+        );
     }
 
     #[test]

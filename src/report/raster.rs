@@ -26,8 +26,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Looking along `direction` with `up` upwards, neither of which need be of unit length or orthogonal. Where they are of no
-    /// use (zero, parallel, not finite) another upward direction is taken.
+    /// Looking along `direction` with `up` upwards, neither of which need be of unit length or orthogonal. Where they
+    /// are of no use (zero, parallel, not finite) another upward direction is taken.
     pub fn looking(direction: Vec3, up: Vec3) -> Self {
         let towards = match unit(-direction) {
             zero if zero == Vec3::zeros() => Vec3::z(),
@@ -80,8 +80,8 @@ pub struct View {
 }
 
 impl View {
-    /// A sheet of a width on which all vertices are seen, with a margin about them, at most `tallest` high \[px\]. `None` if no
-    /// vertex has finite coordinates.
+    /// A sheet of a width on which all vertices are seen, with a margin about them, at most `tallest` high \[px\].
+    /// `None` if no vertex has finite coordinates.
     pub fn fitted<'a>(
         camera: Camera,
         meshes: impl IntoIterator<Item = &'a TriMesh>,
@@ -139,7 +139,8 @@ pub enum Paint<'a> {
     Faces(&'a [Colour]),
     /// A colour for each vertex, `(n)`, blended between them in sRGB.
     Vertices(&'a [Colour]),
-    /// A value for each vertex, `(n)`, interpolated and then shown on the sequential map from the range's first end to its second.
+    /// A value for each vertex, `(n)`, interpolated and then shown on the sequential map from the range's first end to
+    /// its second.
     Values(&'a [f64], [f64; 2]),
 }
 
@@ -358,6 +359,9 @@ impl Sheet {
             .collect();
         let lit = |index: usize| -> [f64; 3] {
             let sample = &self.samples[index];
+            if sample.shape == 0 && lines[index] == 0.0 {
+                return [1.0; 3];
+            }
             let factor = match sample.shape {
                 0 => 1.0,
                 _ => rendering
@@ -382,7 +386,11 @@ impl Sheet {
                         sum = [0, 1, 2].map(|channel| sum[channel] + light[channel]);
                     }
                 }
-                let mean = Colour::from_linear(sum.map(|light| light * share));
+                let mean = match sum.map(|light| light * share) {
+                    // Paper, most of the sheet: its white needs no powers.
+                    [red, green, blue] if red.min(green).min(blue) >= 1.0 => Colour::rgb(255, 255, 255),
+                    mean => Colour::from_linear(mean),
+                };
                 rgba.extend([mean.red, mean.green, mean.blue, 255]);
             }
         }
@@ -523,7 +531,7 @@ mod tests {
         let image = render(
             &[Shape {
                 mesh: &mesh,
-                paint: Paint::Uniform(INK),
+                paint: Paint::Uniform(Colour::qualitative(0)),
             }],
             &view,
             PLAIN,
@@ -534,8 +542,6 @@ mod tests {
             }
         }
     }
-
-    const INK: Colour = Colour::rgb(20, 20, 20);
 
     #[test]
     fn values_are_shown_where_they_are() {

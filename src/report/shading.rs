@@ -7,9 +7,9 @@
 //! ```
 //!
 //! with an ambient part `a`, a sky `h`, a light `v` at the viewer, so that a cut face is never in the dark, and a key
-//! light `k` along `l` from the upper left behind the viewer. A face towards the
-//! light shows its own colour, so that a legend can be read against it. Normals are averaged over the faces about a vertex
-//! that meet at less than a crease angle, so that a scanned foot is smooth and a block keeps its edges.
+//! light `k` along `l` from the upper left behind the viewer; they add up to one for a face towards the key light, so
+//! that a legend can be read against it. Normals are averaged over the faces about a vertex that meet at less than a
+//! crease angle: a scanned foot is smooth, a block keeps its edges.
 
 use crate::geometry::surface::TriMesh;
 use crate::math::Vec3;

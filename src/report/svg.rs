@@ -14,8 +14,8 @@ pub const SOFT_INK: Colour = Colour::rgb(0x55, 0x5b, 0x63);
 /// Grid lines.
 pub const GRID: Colour = Colour::rgb(0xe6, 0xe8, 0xeb);
 
-/// A finished SVG document: one `<svg>` element, well-formed, with its own white ground. Only this module makes one, so a page can
-/// take it in as it is.
+/// A finished SVG document: one `<svg>` element, well-formed, with its own white ground. Only this module makes one, so
+/// a page can take it in as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Svg(String);
 
@@ -265,7 +265,8 @@ pub fn escaped(text: &str) -> String {
     out
 }
 
-/// The width of a text \[px\], estimated from the widths of Helvetica's letters, a little too wide rather than too narrow.
+/// The width of a text \[px\], estimated from the widths of Helvetica's letters, a little too wide rather than too
+/// narrow.
 pub fn text_width(text: &str, size: f64) -> f64 {
     let ems: f64 = text
         .chars()

@@ -12,8 +12,8 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// Ticks between `low` and `high`, about `intervals` of them. Both ends are finite and `low < high`; otherwise there
-    /// is one tick or none.
+    /// Ticks between `low` and `high`, about `intervals` of them. Where the ends are not finite or not in order, one
+    /// tick or none.
     pub fn between(low: f64, high: f64, intervals: usize) -> Self {
         let span = high - low;
         if !drawable(low) || !drawable(high) || span <= 0.0 {
@@ -203,6 +203,7 @@ mod tests {
             labels(-0.31, 0.29, 6),
             ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2"]
         );
+        assert_eq!(labels(0.0, 9.0, 4), ["0", "2", "4", "6", "8"]);
         assert_eq!(labels(0.0, 0.003, 3), ["0.000", "0.001", "0.002", "0.003"]);
         assert_eq!(labels(0.0, 2e-7, 2), ["0", "1×10⁻⁷", "2×10⁻⁷"]);
     }

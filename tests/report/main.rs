@@ -253,7 +253,7 @@ fn a_scan_is_drawn_whole_and_the_same_twice() {
     );
     assert_eq!(image, render(&shapes, &view, Rendering::default()));
     let covered = image.rgba.chunks_exact(4).filter(|pixel| pixel[0] < 250).count();
-    // An insole is long and narrow: seen from three quarters it fills between a tenth and nine tenths of a sheet fitted to it.
+    // An insole is long and narrow: from three quarters it fills between a tenth and nine tenths of its sheet.
     let share = covered as f64 / f64::from(image.size[0] * image.size[1]);
     assert!((0.1..0.9).contains(&share), "{share}");
     if let Some(folder) = std::env::var_os("PLIANT_SAMPLE") {
