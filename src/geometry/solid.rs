@@ -198,7 +198,7 @@ impl Solid {
         const STATIONS: usize = 8;
         let winding = |along: f64| self.winding_number(&axis.point(along, a, b));
         let middle = winding((from + to) / 2.0);
-        if self.health.is_closed() || (middle - middle.round()).abs() < 0.02 {
+        if self.health.is_closed() || (middle - middle.round()).abs() < 0.05 {
             if middle > 0.5 {
                 append(from, to);
             }

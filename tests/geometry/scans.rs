@@ -148,7 +148,7 @@ fn inside_agrees_with_the_ray_parity_of_another_library() {
             reference.contains_local_point(at),
             "{point}"
         );
-        let distance = reference.distance_to_local_point(at, false);
+        let distance = reference.distance_to_local_point(at, false).abs();
         assert_relative_eq!(solid.closest(&point).distance, distance, epsilon = 1e-9);
     }
 }

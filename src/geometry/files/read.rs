@@ -75,6 +75,18 @@ fn in_millimetres(raw: RawSurface, stated: Option<LengthUnit>) -> Result<Surface
     let Some((lo, hi)) = mesh.bounds().filter(|_| !mesh.triangles.is_empty()) else {
         return Err(MeshFileError::Empty { hint: raw.if_empty });
     };
+    if let Some(number) = mesh
+        .vertices
+        .iter()
+        .position(|v| !v.iter().all(|x| x.is_finite()))
+    {
+        // The readers refuse such coordinates; a transform of the file may still overflow.
+        let place = format!("vertex {number}, after its transform");
+        return Err(MeshFileError::NotFinite {
+            place,
+            value: format!("{:?}", mesh.vertices[number].as_slice()),
+        });
+    }
     let size: Vec3 = hi - lo;
     let unit = match (raw.unit, stated) {
         (Some(declared), Some(stated)) if declared != stated => {
