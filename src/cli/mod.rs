@@ -1,6 +1,8 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 
+pub mod db;
+pub mod fit;
 pub mod terminal;
 
 use clap::{Parser, Subcommand};
@@ -15,7 +17,12 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    /// The database of materials: list, show, check
+    Db(db::Arguments),
+    /// Fits a material to coupon tests and writes its record
+    Fit(fit::Arguments),
+}
 
 /// What a command found out, once it ran to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,5 +53,8 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> miette::Result<Answer> {
-    match cli.command {}
+    match &cli.command {
+        Command::Db(arguments) => db::run(arguments),
+        Command::Fit(arguments) => fit::run(arguments),
+    }
 }

@@ -243,7 +243,7 @@ fn check_stability(record: &MaterialRecord, law: &Law, findings: &mut Findings<'
             break;
         }
     }
-    let press = (1.5 * low).min(LEAST_COMPRESSION).max(MOST_COMPRESSION);
+    let press = (1.5 * low).clamp(MOST_COMPRESSION, LEAST_COMPRESSION);
     for end in [press, high] {
         if end == 0.0 {
             continue;

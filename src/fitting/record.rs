@@ -1,0 +1,231 @@
+//! From a coupon file and its curves to a material record.
+
+use super::coupon::{CouponError, CouponFit, CouponTest, fit};
+use super::coupon_file::{CouponFile, Poisson, Tubes};
+use super::curve::{Curve, CurveError, read_curve};
+use super::tubes::TubesError;
+use crate::material::homogeneous::{simple_shear, uniaxial};
+use crate::material::law::Law;
+use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA};
+use crate::math::mandel::Mandel;
+
+/// A record and what was fitted on the way.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The record.
+    pub record: MaterialRecord,
+    /// The curves, one per test; empty for a block of tubes.
+    pub tests: Vec<CouponTest>,
+    /// The fit; none for a block of tubes.
+    pub fit: Option<CouponFit>,
+}
+
+/// Why a coupon file makes no record.
+#[derive(Debug, thiserror::Error)]
+pub enum FitError {
+    /// A file named in the coupon can't be read.
+    #[error("{file}: {message} (paths are relative to the folder that --data names)")]
+    Read {
+        /// The file.
+        file: String,
+        /// What the system said.
+        message: String,
+    },
+    /// A curve makes no sense.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+    /// No law fits.
+    #[error(transparent)]
+    Coupon(#[from] CouponError),
+    /// Tubes make no block.
+    #[error(transparent)]
+    Tubes(#[from] TubesError),
+}
+
+/// Fits what `coupon` describes; `read` gives the bytes of a file by its path in the coupon.
+///
+/// # Errors
+/// A file that can't be read, a curve that makes no sense, no law that fits.
+pub fn fit_coupon(
+    coupon: &CouponFile,
+    read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>,
+) -> Result<Fitted, FitError> {
+    if let Some(tubes) = &coupon.tubes {
+        return of_tubes(coupon, tubes);
+    }
+    let open = |file: &str| {
+        read(file).map_err(|e| FitError::Read {
+            file: file.to_string(),
+            message: e.to_string(),
+        })
+    };
+    let mut tests = Vec::new();
+    for test in &coupon.tests {
+        let bytes = open(&test.file)?;
+        let widths = test.lateral.as_ref().map(|l| open(&l.file)).transpose()?;
+        tests.push(CouponTest {
+            kind: test.kind,
+            curve: read_curve(test, &bytes, widths.as_deref())?,
+        });
+    }
+    let poisson = coupon.poisson.ok_or(CouponError::Tests(
+        "the coupon does not say how Poisson's ratio is found",
+    ))?;
+    let fit = fit(&tests, poisson, coupon.centres)?;
+    let mut measurements = Vec::new();
+    for ((test, fitted), error) in coupon.tests.iter().zip(&tests).zip(&fit.errors) {
+        let (low, high) = span(&fitted.curve);
+        measurements.push(Measurement {
+            test: test.kind.word().into(),
+            specimen: test.specimen.clone(),
+            date: test.date.clone(),
+            file: test.file.clone(),
+            strain: [rounded(low, 4), rounded(high, 4)],
+            points: fitted.curve.strain.len(),
+            relative_rms: rounded(error.relative_rms, 5),
+            lateral_relative_rms: error.lateral_relative_rms.map(|e| rounded(e, 5)),
+        });
+    }
+    let law = Law::Isotropic(fit.law.clone());
+    let mut record = skeleton(coupon, Kind::Isotropic, &law, fit.engineering_strain);
+    record.measurements = measurements;
+    record
+        .assumptions
+        .extend(assumptions(coupon, poisson, &tests, &law));
+    Ok(Fitted {
+        record,
+        tests,
+        fit: Some(fit),
+    })
+}
+
+fn of_tubes(coupon: &CouponFile, tubes: &Tubes) -> Result<Fitted, FitError> {
+    let (law, range) = tubes.law()?;
+    let law = Law::TransverselyIsotropic(Box::new(law));
+    let mut record = skeleton(coupon, Kind::TransverselyIsotropic, &law, range);
+    record.synthetic = true;
+    record.assumptions.push(format!(
+        "not measured: estimated for tubes of {} mm at {} mm in a base of {} MPa, Poisson's ratio {}, by averages of \
+         Mori and Tanaka; tubes close under compression, buckling of walls is left out",
+        tubes.diameter_mm, tubes.spacing_mm, tubes.base_young_mpa, tubes.base_poisson
+    ));
+    Ok(Fitted {
+        record,
+        tests: Vec::new(),
+        fit: None,
+    })
+}
+
+fn rounded(x: f64, digits: i32) -> f64 {
+    let scale = 10.0_f64.powi(digits);
+    (x * scale).round() / scale
+}
+
+fn span(curve: &Curve) -> (f64, f64) {
+    curve
+        .strain
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &e| {
+            (l.min(e), h.max(e))
+        })
+}
+
+/// Everything of the record but what was measured.
+fn skeleton(coupon: &CouponFile, kind: Kind, law: &Law, engineering_strain: [f64; 2]) -> MaterialRecord {
+    MaterialRecord {
+        schema: SCHEMA,
+        id: coupon.id.clone(),
+        name: coupon.name.clone(),
+        kind,
+        synthetic: false,
+        colour: coupon.colour.clone(),
+        density_g_per_cm3: coupon.density_g_per_cm3,
+        assumptions: coupon.assumptions.clone(),
+        printability: coupon.printability.clone(),
+        source: coupon.source.clone(),
+        model: Model::of(law, engineering_strain.map(|e| rounded(e, 4))),
+        measurements: Vec::new(),
+        checks: check_pairs(law, engineering_strain),
+    }
+}
+
+/// What the fit itself had to assume, in words.
+fn assumptions(coupon: &CouponFile, poisson: Poisson, tests: &[CouponTest], law: &Law) -> Vec<String> {
+    let mut list = Vec::new();
+    match poisson {
+        Poisson::Assumed(ratio) => {
+            list.push(format!(
+                "Poisson's ratio in Biot strain assumed to be {ratio} at all strains; not measured"
+            ));
+            if ratio > 0.45 {
+                list.push(
+                    "the law keeps volume at small strain only: at large strain a constant Poisson's ratio in Biot \
+                     strain loses volume"
+                        .into(),
+                );
+            }
+        }
+        Poisson::Fitted(_) => {
+            let sideways = tests.iter().any(|t| !t.curve.lateral.is_empty());
+            let from = if sideways {
+                "the tracked width"
+            } else {
+                "all tests together; no width was measured"
+            };
+            let ratio = law.poisson_ratio_at_rest();
+            list.push(format!("Poisson's ratio fitted to {from}: {ratio:.3} at rest"));
+        }
+    }
+    for (test, fitted) in coupon.tests.iter().zip(tests) {
+        if fitted.curve.slack != 0.0 {
+            let percent = 100.0 * fitted.curve.slack;
+            list.push(format!(
+                "{}: {percent:.2} % strain taken off as slack at the start",
+                test.file
+            ));
+        }
+    }
+    let [low, high] = [
+        tests.iter().any(|t| t.curve.strain.iter().any(|&e| e < 0.0)),
+        tests
+            .iter()
+            .any(|t| t.kind == super::coupon_file::TestKind::UniaxialTension),
+    ];
+    if low != high {
+        let (other, measured) = if low {
+            ("tension", "compression")
+        } else {
+            ("compression", "tension")
+        };
+        list.push(format!(
+            "measured in {measured} alone: what it does in {other} is extrapolated"
+        ));
+    }
+    list
+}
+
+/// A few strains over the range with the law's stress.
+fn check_pairs(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
+    let mut strains: Vec<Mandel> = Vec::new();
+    for axial in [0.5 * low, low, 0.5 * high, high] {
+        if axial != 0.0 {
+            strains.push(uniaxial(law, axial).strain());
+        }
+    }
+    strains.push(simple_shear(0.2).0);
+    strains.push(Mandel::new(-0.1, 0.05, 0.02, 0.04, -0.03, 0.06));
+    strains
+        .into_iter()
+        .map(|strain| {
+            // Rounded first, so that the stress belongs to the strain that the file shows.
+            let strain = strain.map(|x| rounded(x, 6));
+            let stress = law
+                .stress(&strain)
+                .map(|x| crate::material::record::significant(x, 12));
+            CheckPair {
+                strain: strain.into(),
+                stress_mpa: stress.into(),
+            }
+        })
+        .collect()
+}
