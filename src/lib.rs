@@ -15,7 +15,7 @@
 //! | 3 | [`fem`] | elements, assembly, loads, the quasi-static solve; the scene and the force–displacement example | geometry, numerics, material, math, units |
 //! | 5 | [`fitting`] | measured curves to material parameters | fem, material, numerics, geometry, math, units |
 //! | 6 | [`design`] | cells, layouts, goals, evaluation, bounds, search | fem, material, numerics, geometry, math, units |
-//! | 7 | [`fabrication`] | a layout to per-material meshes, 3MF, STL | design, material, geometry, units |
+//! | 7 | [`fabrication`] | a layout to per-material meshes, 3MF, STL | design, material, geometry, math, units |
 //! | 8 | [`report`] | plots, tables, pages, pictures made from the results above | all below |
 //! | 9 | [`cli`] | one file per subcommand: arguments, checked options, library, report | all |
 
