@@ -2,7 +2,11 @@
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 
 pub mod db;
+pub mod export;
 pub mod fit;
+pub mod progress;
+pub mod replicate;
+pub mod stop;
 pub mod terminal;
 
 use clap::{Parser, Subcommand};
@@ -18,6 +22,10 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Finds the layout of base materials that gives like the examples, and writes the printer's files
+    Replicate(replicate::Arguments),
+    /// Writes the printer's files of a layout that was found before
+    Export(export::Arguments),
     /// The database of materials: list, show, check
     Db(db::Arguments),
     /// Fits a material to coupon tests and writes its record
@@ -54,6 +62,8 @@ pub fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> miette::Result<Answer> {
     match &cli.command {
+        Command::Replicate(arguments) => replicate::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
     }

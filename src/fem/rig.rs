@@ -12,7 +12,6 @@ use super::setup::Setup;
 use crate::geometry::axis::Axis;
 use crate::geometry::cells::{Cells, LayeredRegion, Style};
 use crate::geometry::grid::{Grid, GridError, Levels};
-use crate::geometry::heights::others;
 use crate::geometry::region::Region;
 use crate::geometry::solid::Solid;
 use crate::material::law::Law;
@@ -347,7 +346,8 @@ fn grid_for(solid: &Solid, cells: &Cells, size_mm: f64) -> Result<Grid, GridErro
         Some(heights) => Levels::Following(heights.clone(), levels),
         None => Levels::Flat(levels),
     };
-    let across = others(axis).map(|c| lines_along(cells, c));
+    let (a, b) = axis.others();
+    let across = [a, b].map(|c| lines_along(cells, c));
     Grid::new(solid, axis, size_mm, levels, [&across[0], &across[1]])
 }
 

@@ -7,7 +7,7 @@
 //! answer to "inside or outside?", and layer borders inside the object lie on element faces.
 
 use super::axis::Axis;
-use super::heights::{Heights, others};
+use super::heights::Heights;
 use super::solid::Solid;
 use super::volume::{Elements, VolumeMesh};
 use crate::math::Vec3;
@@ -72,6 +72,17 @@ const LEAST_FILL: f64 = 0.1;
 /// Sampling lines across an octant, each way.
 const SAMPLES: usize = 3;
 const NONE: u32 = u32::MAX;
+/// Grid steps from a cell to its nodes, in the order of a hexahedron's nodes.
+const CORNER_STEPS: [[usize; 3]; 8] = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [1, 1, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+    [1, 0, 1],
+    [1, 1, 1],
+    [0, 1, 1],
+];
 
 impl Grid {
     /// A grid over `solid` with lines about `size_mm` apart across `axis`, the given `levels` along it, and extra lines
@@ -87,7 +98,7 @@ impl Grid {
         extra: [&[f64]; 2],
     ) -> Result<Grid, GridError> {
         let (low, high) = solid.bounds();
-        let across = others(axis);
+        let across = <[usize; 2]>::from(axis.others());
         let lines = [0, 1].map(|c| grid_lines(low[across[c]], high[across[c]], size_mm, extra[c]));
         let layers = levels.count() - 1;
         let columns = (lines[0].len() - 1) * (lines[1].len() - 1);
@@ -135,43 +146,31 @@ impl Grid {
         let layers = self.levels.count() - 1;
         let mut node_of = vec![NONE; na * nb * (layers + 1)];
         let mut hexahedra = Vec::new();
-        for k in 0..layers {
-            for j in 0..nb - 1 {
-                for i in 0..na - 1 {
-                    let octants = &fill[i + j * (na - 1)][k];
-                    if octants.iter().sum::<f64>() / 8.0 < LEAST_FILL {
-                        continue;
-                    }
-                    self.hexahedron_of[i + (na - 1) * (j + (nb - 1) * k)] = hexahedra.len() as u32;
-                    let corners = [
-                        (0, 0, 0),
-                        (1, 0, 0),
-                        (1, 1, 0),
-                        (0, 1, 0),
-                        (0, 0, 1),
-                        (1, 0, 1),
-                        (1, 1, 1),
-                        (0, 1, 1),
-                    ];
-                    hexahedra.push(corners.map(|(di, dj, dk)| {
-                        let (i, j, k) = (i + di, j + dj, k + dk);
-                        let slot = &mut node_of[i + na * (j + nb * k)];
-                        if *slot == NONE {
-                            *slot = self.mesh.nodes.len() as u32;
-                            self.mesh.nodes.push(self.node(i, j, k));
-                        }
-                        *slot
-                    }));
-                    self.fill.extend(octants);
-                }
+        let cells =
+            (0..layers).flat_map(|k| (0..nb - 1).flat_map(move |j| (0..na - 1).map(move |i| (i, j, k))));
+        for (i, j, k) in cells {
+            let octants = &fill[i + j * (na - 1)][k];
+            if octants.iter().sum::<f64>() / 8.0 < LEAST_FILL {
+                continue;
             }
+            self.hexahedron_of[i + (na - 1) * (j + (nb - 1) * k)] = hexahedra.len() as u32;
+            hexahedra.push(CORNER_STEPS.map(|[di, dj, dk]| {
+                let (i, j, k) = (i + di, j + dj, k + dk);
+                let slot = &mut node_of[i + na * (j + nb * k)];
+                if *slot == NONE {
+                    *slot = self.mesh.nodes.len() as u32;
+                    self.mesh.nodes.push(self.node(i, j, k));
+                }
+                *slot
+            }));
+            self.fill.extend(octants);
         }
         self.mesh.elements = Elements::Hexahedra(hexahedra);
     }
 
     fn node(&self, i: usize, j: usize, k: usize) -> Vec3 {
         let (a, b) = (self.lines[0][i], self.lines[1][j]);
-        let [across_a, across_b] = others(self.axis);
+        let (across_a, across_b) = self.axis.others();
         let mut node = Vec3::zeros();
         node[across_a] = a;
         node[across_b] = b;
@@ -186,7 +185,7 @@ impl Grid {
 
     /// The place of `point`, in the nearest hexahedron of its column if it lies in none.
     pub fn locate(&self, point: &Vec3) -> Option<Place> {
-        let [across_a, across_b] = others(self.axis);
+        let (across_a, across_b) = self.axis.others();
         let (a, b, w) = (point[across_a], point[across_b], point[self.axis.index()]);
         let (i0, j0) = (cell_of(&self.lines[0], a), cell_of(&self.lines[1], b));
         // Columns by distance from the point's own: an outline point may lie over a cell that was left out.

@@ -25,7 +25,7 @@ impl Heights {
     /// Samples `solid` along `axis` on lines about `spacing_mm` apart.
     pub fn new(solid: &Solid, axis: Axis, spacing_mm: f64) -> Heights {
         let (low, high) = solid.bounds();
-        let [a, b] = others(axis);
+        let (a, b) = axis.others();
         let extent = [high[a] - low[a], high[b] - low[b]];
         let counts = extent.map(|e| ((e / spacing_mm).ceil() as usize).clamp(2, 2000) + 1);
         let spacing = [
@@ -92,7 +92,7 @@ impl Heights {
 
     /// Height of `point` between the lower (0) and the upper (1) surface.
     pub fn relative(&self, point: &Vec3) -> f64 {
-        let [a, b] = others(self.axis);
+        let (a, b) = self.axis.others();
         let [low, high] = self.at(point[a], point[b]);
         (point[self.axis.index()] - low) / (high - low)
     }
@@ -102,12 +102,6 @@ impl Heights {
         let i = (t as usize).min(self.counts[axis] - 2);
         (i, t - i as f64)
     }
-}
-
-/// The two other axes, in cyclic order.
-pub fn others(axis: Axis) -> [usize; 2] {
-    let w = axis.index();
-    [(w + 1) % 3, (w + 2) % 3]
 }
 
 fn median_thickness(columns: &[Option<[f64; 2]>]) -> Option<f64> {

@@ -232,14 +232,12 @@ mod tests {
                 size[parent[k] as usize] += size[k];
             }
         }
-        for k in 0..order.len() {
-            if parent[k] != u32::MAX {
-                let up = parent[k] as usize;
-                assert!(
-                    up - k < size[up],
-                    "column {k} lies outside the block of its parent {up}"
-                );
-            }
+        for (k, &up) in parent.iter().enumerate().filter(|&(_, &up)| up != u32::MAX) {
+            let up = up as usize;
+            assert!(
+                up - k < size[up],
+                "column {k} lies outside the block of its parent {up}"
+            );
         }
     }
 

@@ -135,6 +135,7 @@ fn rigid_motion_gives_no_force_and_forces_turn_with_the_object() {
     }
 }
 
+#[allow(clippy::needless_range_loop)] // rows and columns of a sparse matrix
 /// The assembled tangent is the symmetric part of the derivative of the internal forces.
 #[test]
 fn tangent_agrees_with_finite_differences() {

@@ -1,0 +1,314 @@
+//! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
+
+use super::progress::SearchBar;
+use super::terminal::{say, warn};
+use super::{Answer, stop};
+use crate::design::found::{Found, replace_file, sha256};
+use crate::design::goal::Goal;
+use crate::design::misfit::Target;
+use crate::design::search::{self, Outcome};
+use crate::design::workbench::Workbench;
+use crate::fabrication::export::ExportMeta;
+use crate::fabrication::layout::{self, export_options, tile_layout};
+use crate::fem::equilibrium;
+use crate::fem::rig::Rig;
+use crate::material::database::Database;
+use crate::report::page::Fact;
+use crate::report::replicate::Replica;
+use crate::report::table::layout_table;
+use crate::report::ticks::duration;
+use miette::{IntoDiagnostic, miette};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Finds the layout of base materials inside an object that gives like the examples of its goal.
+///
+/// Reads DESIGN/goal.toml, searches, and writes DESIGN/found/layout.toml, DESIGN/found/report.html and the printer's files
+/// in export/NAME. Ctrl-C ends the search with the best layout so far.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of the design (it holds goal.toml), or the goal file itself
+    #[arg(value_name = "DESIGN")]
+    design: PathBuf,
+    /// Folder of the material database
+    #[arg(long, value_name = "DIR", default_value = "materials-db")]
+    db: PathBuf,
+    /// Where the printer's files go [default: export/NAME]
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+    /// Where the layout and the report go [default: DESIGN/found]
+    #[arg(long, value_name = "DIR")]
+    found: Option<PathBuf>,
+    /// Simulate every layout: proof for small spaces, days for large ones
+    #[arg(long)]
+    exhaustive: bool,
+    /// How many clusters of alike designs each level of the tree keeps
+    #[arg(long, value_name = "K", default_value_t = 20)]
+    clusters: usize,
+    /// How many of the best layouts are improved by exchanging one cell at a time
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    polish: usize,
+    /// Seed of the clustering
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Accuracy of each simulation in the search, as a share of load and displacement
+    #[arg(long, value_name = "T", default_value_t = 1e-4)]
+    tolerance: f64,
+    /// Threads [default: all cores]; the answer does not depend on it
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Write no printer's files
+    #[arg(long)]
+    no_export: bool,
+    /// Answer in JSON, for machines
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `pliant replicate`.
+///
+/// # Errors
+/// A goal, a material or an object that is wrong; files that cannot be written.
+pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
+    let began = Instant::now();
+    let solver = equilibrium::Options {
+        tolerance: arguments.tolerance,
+        ..equilibrium::Options::default()
+    };
+    solver.check().into_diagnostic()?;
+    if let Some(threads) = arguments.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .into_diagnostic()?;
+    }
+    let database = Database::open(&arguments.db).into_diagnostic()?;
+    let goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    introduce(&goal, arguments.json);
+    let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
+    let rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
+    let target = Target::new(&goal.setup.examples);
+    let options = search::Options {
+        exhaustive: arguments.exhaustive,
+        clusters: arguments.clusters,
+        seed: arguments.seed,
+        polished: arguments.polish,
+        most_materials: goal.most_materials,
+        listed: 10,
+    };
+    let bar = SearchBar::new(arguments.json);
+    let watch = |progress: &search::Progress, done: usize| bar.show(progress, done);
+    let mut bench = Workbench::new(&rig, solver, stop::flag(), &watch);
+    let cells = goal.setup.cells.count();
+    let searching = Instant::now();
+    let outcome =
+        search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
+    let searched = searching.elapsed();
+    bar.finish();
+    let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
+        return Err(miette!(
+            "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
+            goal.file().display(),
+            outcome.simulations
+        ));
+    };
+    let found = arguments
+        .found
+        .clone()
+        .unwrap_or_else(|| goal.folder().join("found"));
+    record.write(&found.join("layout.toml")).into_diagnostic()?;
+    let fabricated = fabricate(arguments, &goal, &outcome, &record)?;
+    let replica = Replica {
+        goal: &goal,
+        rig: &rig,
+        target: &target,
+        outcome: &outcome,
+        volumes_mm3: &fabricated.volumes_mm3,
+    };
+    let page = replica
+        .page(
+            search_facts(&outcome, &options, arguments, searched),
+            provenance(&goal),
+        )
+        .into_diagnostic()?;
+    let report = found.join("report.html");
+    replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
+    let files = Files {
+        found: &found,
+        export: fabricated.folder.as_deref(),
+        whole: began.elapsed(),
+        searched,
+    };
+    tell(arguments, &replica, &outcome, &page.warnings, &files);
+    Ok(Answer::Done)
+}
+
+fn introduce(goal: &Goal, quiet: bool) {
+    for warning in &goal.setup.object.warnings {
+        warn(&format!("warning: {warning}"));
+    }
+    if quiet {
+        return;
+    }
+    let (low, high) = goal.setup.object.solid.bounds();
+    let size = high - low;
+    let (cells, materials) = (goal.setup.cells.count(), goal.palette.len());
+    let layouts = (materials as f64).powi(cells as i32);
+    let shown = if layouts < 1e7 {
+        format!("{layouts}")
+    } else {
+        format!("{layouts:.1e}")
+    };
+    say(&format!(
+        "{}: {:.1} × {:.1} × {:.1} mm, {cells} cells, {materials} base materials: {shown} possible layouts",
+        goal.name, size.x, size.y, size.z
+    ));
+}
+
+struct Fabricated {
+    folder: Option<PathBuf>,
+    volumes_mm3: Vec<(usize, f64)>,
+}
+
+/// Tiles the best layout and writes the printer's files.
+fn fabricate(
+    arguments: &Arguments,
+    goal: &Goal,
+    outcome: &Outcome,
+    record: &Found,
+) -> miette::Result<Fabricated> {
+    let best = &outcome.best[0];
+    let tiling = tile_layout(goal, &best.layout, None, &export_options(goal))
+        .map_err(|e| miette!("{}: {e}", goal.file().display()))?;
+    let volumes_mm3 = tiling.parts.iter().map(|p| (p.label, p.volume_mm3)).collect();
+    if arguments.no_export {
+        return Ok(Fabricated {
+            folder: None,
+            volumes_mm3,
+        });
+    }
+    let name = super::export::name_of(goal);
+    let folder = arguments
+        .export
+        .clone()
+        .unwrap_or_else(|| Path::new("export").join(&name));
+    let parts = layout::export_parts(goal, tiling);
+    let meta = export_meta(goal, record);
+    crate::fabrication::export::write_export(&folder, &name, &parts, &meta).into_diagnostic()?;
+    Ok(Fabricated {
+        folder: Some(folder),
+        volumes_mm3,
+    })
+}
+
+/// What the manifest says of the layout's origin.
+pub fn export_meta(goal: &Goal, record: &Found) -> ExportMeta {
+    let origin = [
+        ("goal".to_string(), goal.file().display().to_string()),
+        ("goal_sha256".to_string(), record.goal_sha256.clone()),
+        ("rms_error_mm".to_string(), format!("{}", record.error.rms_mm)),
+    ];
+    ExportMeta {
+        title: Some(goal.name.clone()),
+        description: None,
+        origin: origin.into_iter().collect(),
+    }
+}
+
+fn search_facts(
+    outcome: &Outcome,
+    options: &search::Options,
+    arguments: &Arguments,
+    searched: Duration,
+) -> Vec<Fact> {
+    let method = if options.exhaustive {
+        "every layout simulated".to_string()
+    } else {
+        format!(
+            "decision tree, K = {} clusters a level, {} best layouts polished",
+            options.clusters, options.polished
+        )
+    };
+    vec![
+        Fact::new("method", method),
+        Fact::new("ended", format!("{:?}", outcome.stop).to_lowercase()),
+        Fact::new("seed", options.seed),
+        Fact::new("simulated layouts", outcome.simulations),
+        Fact::new("without equilibrium", outcome.failed),
+        Fact::new("nodes culled", outcome.culled),
+        Fact::new("nodes merged", outcome.merged),
+        Fact::new("tolerance of a simulation", format!("{:e}", arguments.tolerance)),
+        Fact::new("search time", duration(searched.as_secs_f64())),
+    ]
+}
+
+fn provenance(goal: &Goal) -> Vec<Fact> {
+    vec![
+        Fact::new("pliant", env!("CARGO_PKG_VERSION")),
+        Fact::new("goal", goal.file().display()),
+        Fact::new("goal SHA-256", sha256(goal.setup.document.text.as_bytes())),
+    ]
+}
+
+struct Files<'a> {
+    found: &'a Path,
+    export: Option<&'a Path>,
+    whole: Duration,
+    searched: Duration,
+}
+
+fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &[String], files: &Files) {
+    let best = &outcome.best[0];
+    let layout = files.found.join("layout.toml");
+    if arguments.json {
+        let answer = json!({
+            "rms_mm": best.misfit.rms_mm,
+            "max_mm": best.misfit.max_mm,
+            "largest_target_mm": replica.target.largest_mm(),
+            "best_single_material_rms_mm": outcome.best_uniform.as_ref().map(|u| u.misfit.rms_mm),
+            "cells": best.layout.iter().enumerate().map(|(c, &m)| json!({
+                "cell": replica.goal.setup.cells.name(c),
+                "material": replica.goal.palette[m as usize].record.id,
+            })).collect::<Vec<_>>(),
+            "ended": outcome.stop,
+            "simulations": outcome.simulations,
+            "failed": outcome.failed,
+            "culled": outcome.culled,
+            "search_s": files.searched.as_secs_f64(),
+            "whole_s": files.whole.as_secs_f64(),
+            "layout": layout,
+            "report": files.found.join("report.html"),
+            "export": files.export,
+            "warnings": warnings,
+        });
+        say(&format!("{answer:#}"));
+        return;
+    }
+    let mut rows = replica.rows();
+    let kept = rows.len().min(5);
+    let last = rows.split_off(
+        rows.len()
+            .saturating_sub(usize::from(outcome.best_uniform.is_some())),
+    );
+    rows.truncate(kept);
+    rows.extend(last);
+    say(&layout_table(&rows));
+    say(&replica.summary(best));
+    for warning in warnings {
+        warn(&format!("warning: {warning}"));
+    }
+    say(&format!(
+        "{} layouts simulated, {} without equilibrium, {} nodes culled; search {}, in all {}",
+        outcome.simulations,
+        outcome.failed,
+        outcome.culled,
+        duration(files.searched.as_secs_f64()),
+        duration(files.whole.as_secs_f64())
+    ));
+    say(&format!("layout  {}", layout.display()));
+    say(&format!("report  {}", files.found.join("report.html").display()));
+    if let Some(export) = files.export {
+        say(&format!("export  {}", export.display()));
+    }
+}
