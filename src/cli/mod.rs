@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 
+pub mod object;
 pub mod terminal;
 
 use clap::{Parser, Subcommand};
@@ -15,7 +16,10 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    /// Make the surface of a simple object, or inspect one.
+    Object(object::Arguments),
+}
 
 /// What a command found out, once it ran to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,5 +50,7 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> miette::Result<Answer> {
-    match cli.command {}
+    match &cli.command {
+        Command::Object(arguments) => object::run(arguments),
+    }
 }

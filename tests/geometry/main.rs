@@ -2,4 +2,5 @@
 
 mod files;
 mod scans;
+mod shapes;
 mod solids;
