@@ -134,6 +134,31 @@ fn ball_with_curved_cells() {
     each_point_in_one_part(&tiling, &f, around(Vec3::repeat(1.2 * r)), 0.25);
 }
 
+/// A small ball inside a block, on a lattice nearly as coarse as the ball: centroids of many pieces lie on the other
+/// side of the true sphere than the piece does, and the border must follow the pieces.
+#[test]
+fn border_of_a_coarsely_cut_cell_is_smooth() {
+    let half = Vec3::repeat(6.0);
+    let f = block(half);
+    let core = ball(3.0);
+    let label = |x: &Vec3| Some(usize::from(core(x) > 0.0));
+    for h in [1.1, 1.5, 1.9, 2.3] {
+        let tiling = tile(&f, around(half), &[&core], &label, &spacing(h)).expect("tiles");
+        checked(&tiling);
+        let off = tiling.parts[0]
+            .mesh
+            .vertices
+            .iter()
+            .map(|x| core(x).abs())
+            .fold(0.0, f64::max);
+        // A thousandth of the spacing is what a vertex that may not move is allowed.
+        assert!(
+            off <= 1.1e-3 * h,
+            "{off} mm off the sphere at a spacing of {h} mm"
+        );
+    }
+}
+
 /// Quarters of a block in two materials, crosswise: each touches itself along the middle line only.
 #[test]
 fn crosswise_quarters_are_split_along_their_common_edge() {
