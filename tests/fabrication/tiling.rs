@@ -261,6 +261,15 @@ fn turned_block_keeps_its_volume() {
     );
     each_point_in_one_part(&tiling, &f, around(extent), 0.7);
 
+    // The loss goes with the spacing's square: a tolerance below it makes the default finer.
+    let strict = TilingOptions {
+        volume_tolerance: Some(0.001),
+        ..options.clone()
+    };
+    let finer = tile(&f, around(extent), &[], &|_| Some(0), &strict).expect("finer");
+    assert!(finer.spacing_mm.max() < 0.8 * tiling.spacing_mm.max());
+    assert!((finer.volume_mm3 / 50_000.0 - 1.0).abs() <= 0.001);
+
     let coarse = TilingOptions {
         spacing_mm: Some(6.0),
         ..options
