@@ -42,6 +42,20 @@ pub struct Options {
     pub least_fill: f64,
 }
 
+impl Options {
+    /// For searches, which meet many layouts that no load curve can be found for: gives up early. A layout that needs
+    /// smaller increments than a quarter is not worth building.
+    pub fn for_search(tolerance: f64) -> Options {
+        Options {
+            tolerance,
+            accelerated_iterations: 40,
+            newton_iterations: 8,
+            halvings: 2,
+            ..Options::default()
+        }
+    }
+}
+
 impl Default for Options {
     fn default() -> Options {
         Options {
@@ -96,6 +110,13 @@ impl Options {
         Ok(())
     }
 }
+
+/// Iterations that Anderson's method remembers.
+const DEPTH: usize = 6;
+/// Iterations after which a factor has become a poor guide.
+const REFRESH: usize = 12;
+/// Iterations without a new best after which Newton takes over.
+const PATIENCE: usize = 8;
 
 /// A load at factor 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,6 +208,9 @@ pub struct Solver<'a> {
     residual: Vec<f64>,
     step: Vec<f64>,
     unknowns: Vec<f64>,
+    memory: Anderson,
+    /// Does the accelerated iteration go on with the factor of a later state?
+    is_refreshed: bool,
     work: Work,
 }
 
@@ -218,6 +242,8 @@ impl<'a> Solver<'a> {
             residual: vec![0.0; n],
             step: vec![0.0; n],
             unknowns: vec![0.0; n],
+            memory: Anderson::new(DEPTH),
+            is_refreshed: false,
             work: Work::default(),
         })
     }
@@ -448,6 +474,8 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Anderson's iteration. It starts from the factor at rest; where that has become a poor guide, the secant matrix of the
+    /// current state takes its place for the rest of the curve.
     fn accelerated(
         &mut self,
         u: &mut [Vec3],
@@ -455,13 +483,13 @@ impl<'a> Solver<'a> {
         options: &Options,
         cancelled: &dyn Fn() -> bool,
     ) -> Option<f64> {
-        let mut memory = Anderson::new(6);
-        let (mut best, mut best_at) = (f64::INFINITY, 0);
+        let (mut best, mut best_at, mut since_factor) = (f64::INFINITY, 0, 0);
+        self.memory.restart();
         self.model.gather(u, &mut self.unknowns);
         for iteration in 0..options.accelerated_iterations {
             let found = self.imbalance(u, materials);
             self.step.copy_from_slice(&self.residual);
-            self.rest.solve(&mut self.step);
+            self.precondition();
             let size = largest(&self.step);
             if !size.is_finite() || cancelled() {
                 return None;
@@ -469,17 +497,40 @@ impl<'a> Solver<'a> {
             if is_settled(&found, size, u, options) {
                 return Some(relative(&found));
             }
-            // Eight iterations without a new best: Newton does better.
             if size < best {
                 (best, best_at) = (size, iteration);
-            } else if iteration > best_at + 8 {
+            } else if iteration > best_at + PATIENCE {
                 return None;
             }
+            since_factor += 1;
+            if since_factor > REFRESH && self.refresh(u, materials) {
+                since_factor = 0;
+                (best, best_at) = (f64::INFINITY, iteration);
+                continue;
+            }
             self.work.accelerated_iterations += 1;
-            memory.advance(&mut self.unknowns, &self.step);
+            self.memory.advance(&mut self.unknowns, &self.step);
             self.model.spread(&self.unknowns, u);
         }
         None
+    }
+
+    /// `self.step` seen through the factor in use.
+    fn precondition(&mut self) {
+        match &mut self.newton {
+            Some(factor) if self.is_refreshed => factor.solve(&mut self.step),
+            _ => self.rest.solve(&mut self.step),
+        }
+    }
+
+    /// Factorises the secant matrix at `u` for the iterations to come.
+    fn refresh(&mut self, u: &[Vec3], materials: &Materials) -> bool {
+        if self.newton.is_none() {
+            self.newton = Cholesky::new(self.model.symbolic().clone()).ok();
+        }
+        self.is_refreshed = self.factorise_at(u, materials, Kind::Secant);
+        self.memory.restart();
+        self.is_refreshed
     }
 
     fn newton(
@@ -492,6 +543,9 @@ impl<'a> Solver<'a> {
         if self.newton.is_none() {
             self.newton = Cholesky::new(self.model.symbolic().clone()).ok();
         }
+        // Newton's factors take the place of a refreshed one.
+        self.is_refreshed = false;
+        self.memory.restart();
         let mut found = self.imbalance(u, materials);
         for _ in 0..options.newton_iterations {
             if !found.residual_norm.is_finite() || cancelled() {
