@@ -83,15 +83,11 @@ pub fn name_of(goal: &Goal) -> String {
         .as_deref()
         .and_then(Path::file_name)
         .map(|n| n.to_string_lossy().into_owned());
-    let plain = |c: char| {
-        if c.is_ascii_alphanumeric() || "-_.".contains(c) {
-            c
-        } else {
-            '-'
-        }
-    };
-    own.unwrap_or_else(|| "design".into())
-        .chars()
-        .map(plain)
-        .collect()
+    plain(&own.unwrap_or_else(|| "design".into()))
+}
+
+/// A name as a file may bear it anywhere: ASCII letters, digits, `-`, `_` and `.`.
+pub fn plain(name: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    name.chars().map(|c| if allowed(c) { c } else { '-' }).collect()
 }

@@ -27,11 +27,11 @@ enum Command {
     Replicate(replicate::Arguments),
     /// Writes the printer's files of a layout that was found before
     Export(export::Arguments),
-    /// The database of materials: list, show, check
+    /// Lists, shows and checks the materials of the database
     Db(db::Arguments),
-    /// Fits a material to coupon tests and writes its record
+    /// Fits materials to coupon tests and writes their records
     Fit(fit::Arguments),
-    /// Make the surface of a simple object, or inspect one.
+    /// Makes the surface of a simple object, or inspects any mesh file
     Object(object::Arguments),
 }
 
