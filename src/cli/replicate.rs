@@ -56,8 +56,9 @@ pub struct Arguments {
     /// Seed of the clustering
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Accuracy of each simulation in the search, as a share of load and displacement
-    #[arg(long, value_name = "T", default_value_t = 1e-4)]
+    /// Accuracy of each simulation in the search, as a share of load and displacement; the layouts that are reported are
+    /// simulated again at 1e-8
+    #[arg(long, value_name = "T", default_value_t = 1e-3)]
     tolerance: f64,
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
@@ -108,6 +109,8 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let searching = Instant::now();
     let outcome =
         search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
+    let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
+    let outcome = outcome.refined(&target, &mut fine);
     let searched = searching.elapsed();
     bar.finish();
     let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {

@@ -379,6 +379,36 @@ impl Tree<'_> {
     }
 }
 
+impl Outcome {
+    /// Simulates the listed layouts again on `bench`, which is more accurate than the one that searched, and ranks them by
+    /// the errors found there: what is reported must not hold the search's haste. An interrupted refinement changes nothing.
+    pub fn refined(mut self, target: &Target, bench: &mut dyn Bench) -> Outcome {
+        let mut layouts: Vec<Layout> = self.best.iter().map(|r| r.layout.clone()).collect();
+        layouts.extend(self.best_uniform.iter().map(|r| r.layout.clone()));
+        let best_rms_mm = self.best.first().map_or(f64::INFINITY, |r| r.misfit.rms_mm);
+        let progress = Progress {
+            phase: "refining",
+            level: [1, 1],
+            batch: layouts.len(),
+            best_rms_mm,
+        };
+        let responses = bench.respond(&layouts, &progress);
+        if responses.iter().any(Option::is_none) {
+            return self;
+        }
+        let rate = |ranked: &mut Ranked, response: &Option<Response>| {
+            if let Some(response) = response.as_ref().filter(|r| r.complete) {
+                ranked.misfit = target.misfit(&response.displacements);
+            }
+        };
+        for (ranked, response) in self.best.iter_mut().chain(&mut self.best_uniform).zip(&responses) {
+            rate(ranked, response);
+        }
+        self.best.sort_by(by_error);
+        self
+    }
+}
+
 /// By error, then by layout, so that equal errors are always in one order.
 fn by_error(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
     a.misfit

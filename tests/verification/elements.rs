@@ -268,3 +268,42 @@ fn work_of_the_linear_law_does_not_depend_on_the_path() {
         assert!(out > 0.01 && total.abs() < 1e-5 * out, "{total} of {out} N mm");
     }
 }
+
+/// The secant matrix of an isotropic law is built from a closed form: K u at a small displacement from rest must be the
+/// internal force that it makes, and a displacement of the whole object must make none.
+#[test]
+fn secant_matrix_at_rest_is_the_derivative_of_the_internal_forces() {
+    for law in laws() {
+        for mesh in all_kinds() {
+            let held = fixed_where(&mesh, |x| [x.z < 1e-9; 3]);
+            let model = Model::new(mesh.clone(), None, held).unwrap();
+            let cells = vec![0; model.parts.points()];
+            let materials = Materials { laws: &[&law], cell_of_point: &cells };
+            let mut values = vec![0.0; model.symbolic().pattern().rows.len()];
+            let rest = vec![Vec3::zeros(); mesh.nodes.len()];
+            model.assemble(&rest, &materials, Kind::Secant, &mut values);
+            let direction: Vec<f64> = (0..model.unknowns()).map(|i| (1.3 * i as f64).sin()).collect();
+            let pattern = model.symbolic().pattern();
+            let mut product = vec![0.0; direction.len()];
+            for column in 0..direction.len() {
+                for p in pattern.columns[column]..pattern.columns[column + 1] {
+                    let row = pattern.rows[p];
+                    product[row] += values[p] * direction[column];
+                    if row != column {
+                        product[column] += values[p] * direction[row];
+                    }
+                }
+            }
+            let h = 1e-7;
+            let mut u = rest.clone();
+            model.spread(&direction.iter().map(|d| h * d).collect::<Vec<_>>(), &mut u);
+            let mut force = vec![0.0; direction.len()];
+            model.gather(&internal_forces(&mesh, &u, &law), &mut force);
+            let size = product.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+            for (p, f) in product.iter().zip(&force) {
+                // Second-order terms at strains of 1e-7 and rounding of 1e-16 / 1e-7.
+                assert!((p - f / h).abs() < 1e-5 * size, "{p} is not {}", f / h);
+            }
+        }
+    }
+}
