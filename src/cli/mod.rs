@@ -1,5 +1,8 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
+//!
+//! Rooms: [`replicate`], [`export`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
+//! bar while a search runs), [`stop`] (Ctrl-C).
 
 pub mod db;
 pub mod export;

@@ -289,11 +289,11 @@ fn secant_matrix_at_rest_is_the_derivative_of_the_internal_forces() {
             let pattern = model.symbolic().pattern();
             let mut product = vec![0.0; direction.len()];
             for column in 0..direction.len() {
-                for p in pattern.columns[column]..pattern.columns[column + 1] {
-                    let row = pattern.rows[p];
-                    product[row] += values[p] * direction[column];
+                let entries = pattern.columns[column]..pattern.columns[column + 1];
+                for (&row, value) in pattern.rows[entries.clone()].iter().zip(&values[entries]) {
+                    product[row] += value * direction[column];
                     if row != column {
-                        product[column] += values[p] * direction[row];
+                        product[column] += value * direction[row];
                     }
                 }
             }
