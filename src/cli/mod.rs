@@ -6,6 +6,7 @@ pub mod export;
 pub mod fit;
 pub mod progress;
 pub mod replicate;
+pub mod simulate;
 pub mod stop;
 pub mod terminal;
 
@@ -26,6 +27,8 @@ enum Command {
     Replicate(replicate::Arguments),
     /// Writes the printer's files of a layout that was found before
     Export(export::Arguments),
+    /// Simulates a scene, or a layout that was found, and writes what ParaView and goals read
+    Simulate(simulate::Arguments),
     /// The database of materials: list, show, check
     Db(db::Arguments),
     /// Fits a material to coupon tests and writes its record
@@ -64,6 +67,7 @@ fn run(cli: &Cli) -> miette::Result<Answer> {
     match &cli.command {
         Command::Replicate(arguments) => replicate::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
     }
