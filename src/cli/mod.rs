@@ -4,6 +4,7 @@
 pub mod db;
 pub mod export;
 pub mod fit;
+pub mod object;
 pub mod progress;
 pub mod replicate;
 pub mod simulate;
@@ -33,6 +34,8 @@ enum Command {
     Db(db::Arguments),
     /// Fits a material to coupon tests and writes its record
     Fit(fit::Arguments),
+    /// Make the surface of a simple object, or inspect one.
+    Object(object::Arguments),
 }
 
 /// What a command found out, once it ran to its end.
@@ -70,5 +73,6 @@ fn run(cli: &Cli) -> miette::Result<Answer> {
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
+        Command::Object(arguments) => object::run(arguments),
     }
 }

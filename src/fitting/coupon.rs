@@ -13,7 +13,9 @@
 //! | α = 10⁻³ | ties neighbouring centres (each to the nearest one before it) where the data is silent | – |
 //!
 //! No finite elements: the strain of a coupon is homogeneous. K follows from μ and Poisson's ratio,
-//! K = 2μ(1 + ν)/(3(1 − 2ν)). The centres lie on the paths of the tests in the space of invariants, at rest and then at
+//! K = 2μ(1 + ν)/(3(1 − 2ν)), at every centre, or at rest alone where K is taken as constant. The latter is for nearly
+//! incompressible materials: a K fifty times μ that grew with shear would throw large pressures about, and make the
+//! tangent's symmetric part indefinite at every fourth of random strains up to a norm of 0.6. The centres lie on the paths of the tests in the space of invariants, at rest and then at
 //! equal distances along each test, long tests getting more. Levenberg–Marquardt from the mean secant modulus.
 //!
 //! Validity: a law in Biot strain with constant ν near ½ keeps volume at small strains only; the record says so.
@@ -47,7 +49,7 @@ pub struct CouponTest {
 pub struct TestError {
     /// Root mean square of the stress error over that of the stress.
     pub relative_rms: f64,
-    /// Largest stress error [MPa].
+    /// Largest stress error \[MPa\].
     pub largest_mpa: f64,
     /// Root mean square of the lateral strain's error over that of the lateral strain.
     pub lateral_relative_rms: Option<f64>,
@@ -78,7 +80,7 @@ pub enum CouponError {
         index: usize,
         /// Its kind.
         test: &'static str,
-        /// What was found [MPa].
+        /// What was found \[MPa\].
         value: f64,
     },
     /// Nothing to fit, or nothing that tells Poisson's ratio.
@@ -116,7 +118,7 @@ pub fn fit(tests: &[CouponTest], poisson: Poisson, centres: usize) -> Result<Cou
         _ => {}
     }
     let start = match poisson {
-        Poisson::Assumed(ratio) => ratio,
+        Poisson::Assumed(ratio) | Poisson::AtRest(ratio) => ratio,
         Poisson::Fitted(_) => start_ratio(tests),
     };
     // The first pass places the centres with a guessed lateral strain, the second with that of the fitted law.
@@ -286,12 +288,18 @@ impl Problem<'_> {
         let moduli = (0..n)
             .map(|i| {
                 let ratio = match self.poisson {
-                    Poisson::Assumed(ratio) => ratio,
+                    Poisson::Assumed(ratio) | Poisson::AtRest(ratio) => ratio,
                     Poisson::Fitted(FittedPoisson::Constant) => theta[n],
                     Poisson::Fitted(FittedPoisson::ByStrain) => theta[n + i],
                 };
-                // Shear modulus from Young's by hand: θ is ln μ, and K = 2μ(1+ν)/(3(1−2ν)).
-                let (shear, bulk) = shear_and_bulk(2.0 * (1.0 + ratio) * theta[i].exp(), ratio)?;
+                let shear = theta[i].exp();
+                // The first centre is rest.
+                let bulk_of = if matches!(self.poisson, Poisson::AtRest(_)) {
+                    theta[0].exp()
+                } else {
+                    shear
+                };
+                let (_, bulk) = shear_and_bulk(2.0 * (1.0 + ratio) * bulk_of, ratio)?;
                 Ok([shear, bulk])
             })
             .collect::<Result<Vec<_>, LawError>>()?;
@@ -354,11 +362,11 @@ impl Problem<'_> {
             }
             shear += here.ln() / self.tests.len() as f64;
         }
-        // Six decades around the mean keep exp from overflowing.
+        // Three decades to both sides of the mean keep exp from overflowing.
         let mut start = vec![shear; n];
         let mut bounds = vec![(shear - 7.0, shear + 7.0); n];
         let ratios = match self.poisson {
-            Poisson::Assumed(_) => 0,
+            Poisson::Assumed(_) | Poisson::AtRest(_) => 0,
             Poisson::Fitted(FittedPoisson::Constant) => 1,
             Poisson::Fitted(FittedPoisson::ByStrain) => n,
         };
@@ -370,7 +378,7 @@ impl Problem<'_> {
             &bounds,
             &Options::default(),
         )?;
-        // Nine digits: the refit of the same data gives the same record on every machine.
+        // Six decimals: far below the fit's error, and a refit on another machine gives the same record.
         let rounded: Vec<f64> = outcome
             .parameters
             .iter()

@@ -24,7 +24,7 @@ pub struct CouponFile {
     pub name: String,
     /// Display colour, `#rrggbb`.
     pub colour: String,
-    /// Density [g/cm³].
+    /// Density \[g/cm³\].
     pub density_g_per_cm3: f64,
     /// Number of centres of the interpolation. Default 6.
     #[serde(default = "six")]
@@ -55,8 +55,10 @@ fn six() -> usize {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Poisson {
-    /// `assumed = 0.49`: taken as known and constant.
+    /// `assumed = 0.12`: taken as known and the same at all strains, so that K follows μ.
     Assumed(f64),
+    /// `at-rest = 0.49`: taken as known at rest, with a bulk modulus that does not depend on strain.
+    AtRest(f64),
     /// `fitted = "constant"`: one number for all strains; `"by-strain"`: one per centre.
     Fitted(FittedPoisson),
 }
@@ -128,10 +130,10 @@ pub struct Test {
     pub deformation: Column,
     /// What says how hard it pushed back.
     pub load: Column,
-    /// Height of the specimen [mm], where deformation is a length.
+    /// Height of the specimen \[mm\], where deformation is a length.
     #[serde(default)]
     pub height_mm: Option<f64>,
-    /// Area of the specimen [mm²], where the load is a force.
+    /// Area of the specimen \[mm²\], where the load is a force.
     #[serde(default)]
     pub area_mm2: Option<f64>,
     /// Which part of the record counts.
@@ -232,13 +234,13 @@ fn five() -> usize {
 /// A block of a base material with parallel round tubes along z in hexagonal array.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tubes {
-    /// Young's modulus of the base material [MPa].
+    /// Young's modulus of the base material \[MPa\].
     pub base_young_mpa: f64,
     /// Poisson's ratio of the base material.
     pub base_poisson: f64,
-    /// Diameter of a tube [mm].
+    /// Diameter of a tube \[mm\].
     pub diameter_mm: f64,
-    /// Distance of the axes of neighbouring tubes [mm].
+    /// Distance of the axes of neighbouring tubes \[mm\].
     pub spacing_mm: f64,
 }
 
@@ -283,7 +285,8 @@ impl CouponFile {
             (Some(_), true) => {}
             (None, false) => match self.poisson {
                 None => {
-                    let expected = "assumed = 0.49, fitted = \"constant\" or fitted = \"by-strain\"";
+                    let expected =
+                        "at-rest = 0.49, assumed = 0.3, fitted = \"constant\" or fitted = \"by-strain\"";
                     return wrong("poisson", "missing".into(), expected);
                 }
                 Some(Poisson::Assumed(v)) if !(-0.9..=0.4999).contains(&v) => {

@@ -138,3 +138,20 @@ fn deals_centres_by_length() {
     ];
     assert_eq!(centres, expected);
 }
+/// With the bulk modulus held, Poisson's ratio follows from μ at each strain.
+#[test]
+fn keeps_the_bulk_modulus() {
+    let law = known();
+    let test = measured(&law, TestKind::UniaxialCompression, -0.6, false);
+    let fitted = fit(std::slice::from_ref(&test), Poisson::AtRest(0.49), 6).unwrap();
+    assert!((fitted.law.poisson_ratio_at_rest() - 0.49).abs() < 1e-9);
+    let bulk: Vec<f64> = fitted
+        .law
+        .log_moduli()
+        .centres
+        .iter()
+        .map(|q| fitted.law.moduli(q)[1])
+        .collect();
+    assert!(bulk.iter().all(|k| (k / bulk[0] - 1.0).abs() < 1e-9), "{bulk:?}");
+    assert!(fitted.errors[0].relative_rms < 0.01, "{:?}", fitted.errors);
+}

@@ -11,7 +11,7 @@ use super::coupon_file::{Branch, Column, Lateral, Measure, Test, TestKind};
 pub struct Curve {
     /// Engineering strain, or shear; compression negative.
     pub strain: Vec<f64>,
-    /// Nominal stress [MPa].
+    /// Nominal stress \[MPa\].
     pub stress: Vec<f64>,
     /// Pairs of axial and lateral engineering strain, where the width was tracked.
     pub lateral: Vec<(f64, f64)>,
@@ -108,7 +108,7 @@ pub enum CurveError {
     },
 }
 
-/// One sample of a test: line in the file, strain, stress [MPa].
+/// One sample of a test: line in the file, strain, stress \[MPa\].
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     line: usize,

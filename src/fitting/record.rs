@@ -157,12 +157,14 @@ fn assumptions(coupon: &CouponFile, poisson: Poisson, tests: &[CouponTest], law:
             list.push(format!(
                 "Poisson's ratio in Biot strain assumed to be {ratio} at all strains; not measured"
             ));
+        }
+        Poisson::AtRest(ratio) => {
+            list.push(format!(
+                "Poisson's ratio in Biot strain assumed to be {ratio} at rest, and the bulk modulus the same at all \
+                 strains; not measured"
+            ));
             if ratio > 0.45 {
-                list.push(
-                    "the law keeps volume at small strain only: at large strain a constant Poisson's ratio in Biot \
-                     strain loses volume"
-                        .into(),
-                );
+                list.push("the law does not keep volume at large strain: in Biot strain that holds at small strain only".into());
             }
         }
         Poisson::Fitted(_) => {

@@ -38,9 +38,9 @@ pub enum TubesError {
     /// Tubes that touch, or no tubes.
     #[error("tubes of {diameter} mm at {spacing} mm take {share:.2} of the volume: expected 0.01 to 0.65")]
     Share {
-        /// Diameter [mm].
+        /// Diameter \[mm\].
         diameter: f64,
-        /// Spacing [mm].
+        /// Spacing \[mm\].
         spacing: f64,
         /// Share of the volume.
         share: f64,

@@ -25,7 +25,7 @@ pub struct Uniaxial {
     pub axial: f64,
     /// Engineering strain across z, from zero lateral stress.
     pub lateral: f64,
-    /// Nominal stress along z [MPa].
+    /// Nominal stress along z \[MPa\].
     pub stress: f64,
 }
 
@@ -87,7 +87,7 @@ pub fn simple_shear(gamma: f64) -> (Mandel, Mat3) {
     )
 }
 
-/// Nominal shear stress P_12 [MPa] in simple shear γ.
+/// Nominal shear stress P_12 \[MPa\] in simple shear γ.
 pub fn shear_stress(law: &Law, gamma: f64) -> f64 {
     let (strain, rotation) = simple_shear(gamma);
     (rotation * to_tensor(&law.stress(&strain)))[(0, 1)]

@@ -41,7 +41,7 @@ pub struct IsotropicRbf {
 }
 
 impl IsotropicRbf {
-    /// Constant Young's modulus [MPa] and Poisson's ratio, without limits of strain.
+    /// Constant Young's modulus \[MPa\] and Poisson's ratio, without limits of strain.
     ///
     /// # Errors
     /// If the modulus is not positive or the ratio lies outside (−1, 0.5).
@@ -53,7 +53,7 @@ impl IsotropicRbf {
         })
     }
 
-    /// The material with `moduli[i]` = (μ, K) [MPa] at the invariants `centres[i]`.
+    /// The material with `moduli[i]` = (μ, K) \[MPa\] at the invariants `centres[i]`.
     ///
     /// # Errors
     /// If a modulus is not positive, or two centres are one point.
@@ -92,7 +92,7 @@ impl IsotropicRbf {
         &self.range
     }
 
-    /// Secant moduli (μ, K) [MPa] at the invariants `q`, held to the fitted range.
+    /// Secant moduli (μ, K) \[MPa\] at the invariants `q`, held to the fitted range.
     #[inline]
     pub fn moduli(&self, q: &[f64; 3]) -> [f64; 2] {
         let [shear, bulk] = self.log_moduli.value(&self.range.nearest(q));
@@ -169,7 +169,7 @@ pub fn invariants(strain: &Mandel) -> [f64; 3] {
     invariants_of(trace(strain), &deviator(strain))
 }
 
-/// Young's modulus [MPa] from shear and bulk modulus.
+/// Young's modulus \[MPa\] from shear and bulk modulus.
 pub fn young(shear: f64, bulk: f64) -> f64 {
     9.0 * bulk * shear / (3.0 * bulk + shear)
 }
@@ -179,7 +179,7 @@ pub fn poisson(shear: f64, bulk: f64) -> f64 {
     (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
 }
 
-/// Shear and bulk modulus [MPa] from Young's modulus [MPa] and Poisson's ratio.
+/// Shear and bulk modulus \[MPa\] from Young's modulus \[MPa\] and Poisson's ratio.
 ///
 /// # Errors
 /// If the modulus is not positive or the ratio lies outside (−1, 0.5).

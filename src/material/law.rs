@@ -45,7 +45,7 @@ pub enum LawError {
     Modulus {
         /// Which modulus.
         name: &'static str,
-        /// The value found [MPa].
+        /// The value found \[MPa\].
         value: f64,
     },
     /// Poisson's ratio outside what is positive definite.
@@ -149,7 +149,7 @@ pub(super) fn smooth_norm(squared: f64) -> (f64, f64) {
 }
 
 impl Law {
-    /// Hooke's law with constant moduli: Young's modulus [MPa] and Poisson's ratio.
+    /// Hooke's law with constant moduli: Young's modulus \[MPa\] and Poisson's ratio.
     ///
     /// # Errors
     /// If the modulus is not positive or the ratio lies outside (−1, 0.5).
@@ -157,7 +157,7 @@ impl Law {
         IsotropicRbf::linear(young_mpa, poisson).map(Law::Isotropic)
     }
 
-    /// Biot stress [MPa] at Biot strain, both `(6)`.
+    /// Biot stress \[MPa\] at Biot strain, both `(6)`.
     #[inline]
     pub fn stress(&self, strain: &Mandel) -> Mandel {
         match self {
@@ -166,7 +166,7 @@ impl Law {
         }
     }
 
-    /// Biot stress `(6)` [MPa] and the consistent tangent dT/dε `(6 × 6)` [MPa], in general not symmetric.
+    /// Biot stress `(6)` \[MPa\] and the consistent tangent dT/dε `(6 × 6)` \[MPa\], in general not symmetric.
     #[inline]
     pub fn stress_and_tangent(&self, strain: &Mandel) -> (Mandel, Mandel6) {
         match self {
@@ -175,7 +175,7 @@ impl Law {
         }
     }
 
-    /// Biot stress `(6)` [MPa] and the secant stiffness E(p(ε)) `(6 × 6)` [MPa], symmetric positive definite.
+    /// Biot stress `(6)` \[MPa\] and the secant stiffness E(p(ε)) `(6 × 6)` \[MPa\], symmetric positive definite.
     #[inline]
     pub fn stress_and_secant(&self, strain: &Mandel) -> (Mandel, Mandel6) {
         match self {
@@ -184,7 +184,7 @@ impl Law {
         }
     }
 
-    /// Secant Young's modulus at `strain` [MPa]; along the axis for a transversely isotropic material.
+    /// Secant Young's modulus at `strain` \[MPa\]; along the axis for a transversely isotropic material.
     pub fn young_modulus(&self, strain: &Mandel) -> f64 {
         match self {
             Law::Isotropic(law) => law.young_modulus(strain),

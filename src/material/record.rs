@@ -65,7 +65,7 @@ pub struct MaterialRecord {
     pub synthetic: bool,
     /// Display colour, `#rrggbb`.
     pub colour: String,
-    /// Mass per volume of the material as a block, holes included [g/cm³].
+    /// Mass per volume of the material as a block, holes included \[g/cm³\].
     pub density_g_per_cm3: f64,
     /// What the measurement does not say and the law needed.
     pub assumptions: Vec<String>,
@@ -131,7 +131,7 @@ pub struct ModelRange {
 pub struct Centre {
     /// Strain invariants, `(D)`.
     pub invariants: Vec<f64>,
-    /// Moduli there, for people [MPa]: shear and bulk, or E11 E12 E13 E33 E44.
+    /// Moduli there, for people \[MPa\]: shear and bulk, or E11 E12 E13 E33 E44.
     pub moduli_mpa: Vec<f64>,
     /// Weights, `(V)`.
     pub weights: Vec<f64>,
@@ -165,7 +165,7 @@ pub struct Measurement {
 pub struct CheckPair {
     /// Biot strain, Mandel notation.
     pub strain: [f64; 6],
-    /// Biot stress [MPa], Mandel notation.
+    /// Biot stress \[MPa\], Mandel notation.
     pub stress_mpa: [f64; 6],
 }
 

@@ -36,7 +36,7 @@ use crate::math::rbf::LinearRbf;
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::SQRT_2;
 
-/// The five moduli of a transversely isotropic stiffness [MPa], named as in Bickel 2010, (8.5).
+/// The five moduli of a transversely isotropic stiffness \[MPa\], named as in Bickel 2010, (8.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransverseModuli {
     /// In-plane normal stiffness.
@@ -84,12 +84,12 @@ impl TransverseModuli {
         Ok(moduli)
     }
 
-    /// In the order E11, E12, E13, E33, E44 [MPa].
+    /// In the order E11, E12, E13, E33, E44 \[MPa\].
     pub fn to_array(&self) -> [f64; 5] {
         [self.e11, self.e12, self.e13, self.e33, self.e44]
     }
 
-    /// From the order E11, E12, E13, E33, E44 [MPa].
+    /// From the order E11, E12, E13, E33, E44 \[MPa\].
     pub fn from_array(m: [f64; 5]) -> Self {
         TransverseModuli {
             e11: m[0],
@@ -221,7 +221,7 @@ pub struct TransverseRbf {
 }
 
 impl TransverseRbf {
-    /// Constant moduli [MPa], axis along z, without limits of strain.
+    /// Constant moduli \[MPa\], axis along z, without limits of strain.
     ///
     /// # Errors
     /// If the stiffness is not positive definite.
@@ -234,7 +234,7 @@ impl TransverseRbf {
         })
     }
 
-    /// The material with `moduli[i]` [MPa] at the invariants `centres[i]`, axis along z.
+    /// The material with `moduli[i]` \[MPa\] at the invariants `centres[i]`, axis along z.
     ///
     /// # Errors
     /// If a stiffness is not positive definite, or two centres are one point.
@@ -289,7 +289,7 @@ impl TransverseRbf {
         invariants_of(&self.split(strain))
     }
 
-    /// The secant moduli [MPa] at the invariants `q`, held to the fitted range.
+    /// The secant moduli \[MPa\] at the invariants `q`, held to the fitted range.
     pub fn moduli(&self, q: &[f64; 4]) -> TransverseModuli {
         TransverseModuli::from_parameters(&self.parameters.value(&self.range.nearest(q)))
     }

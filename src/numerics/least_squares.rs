@@ -177,18 +177,7 @@ pub fn minimise(
     clamp(&mut x, bounds);
     let mut r = DVector::from_vec(residual(&x));
     let mut evaluations = 1;
-    if n == 0 || r.is_empty() {
-        return Err(LeastSquaresError::Empty {
-            parameters: n,
-            residuals: r.len(),
-        });
-    }
-    if let Some(index) = r.iter().position(|v| !v.is_finite()) {
-        return Err(LeastSquaresError::Start {
-            index,
-            value: r[index],
-        });
-    }
+    check_start(&r, n)?;
     let mut cost = 0.5 * r.norm_squared();
     let mut damping = options.initial_damping;
     let mut scale = DVector::<f64>::zeros(n);
@@ -219,20 +208,12 @@ pub fn minimise(
         }
         loop {
             iterations += 1;
-            let trial = step(&normal, &gradient, &scale, &free, damping).map(|s| {
-                let mut trial: Vec<f64> = (0..n).map(|j| x[j] + s[j]).collect();
-                clamp(&mut trial, bounds);
-                trial
-            });
-            if let Some(trial) = trial {
-                let moved =
-                    (0..n).all(|j| (trial[j] - x[j]).abs() <= options.step_tolerance * (x[j].abs() + 1e-12));
-                let trial_r = DVector::from_vec(residual(&trial));
-                evaluations += 1;
-                let trial_cost = 0.5 * trial_r.norm_squared();
-                if trial_r.len() == r.len() && trial_cost.is_finite() && trial_cost < cost {
-                    let gain = cost - trial_cost;
-                    let small = gain <= options.cost_tolerance * cost;
+            let attempt = step(&normal, &gradient, &scale, &free, damping)
+                .map(|s| attempt(residual, &x, &s, bounds, cost, r.len()));
+            evaluations += usize::from(attempt.is_some());
+            match attempt {
+                Some(Attempt::Better(trial, trial_r, trial_cost)) => {
+                    let small = cost - trial_cost <= options.cost_tolerance * cost;
                     (x, r, cost) = (trial, trial_r, trial_cost);
                     damping = (damping / 9.0).max(1e-15);
                     if small || cost == 0.0 {
@@ -241,12 +222,13 @@ pub fn minimise(
                     }
                     break;
                 }
-                if moved {
+                Some(Attempt::Worse { moved }) if moved <= options.step_tolerance => {
                     stop = Stop::Step;
                     break 'outer;
                 }
+                // A worse point, or normal equations that are not definite: shorter steps, nearer to descent.
+                _ => damping *= 11.0,
             }
-            damping *= 11.0;
             if damping > 1e18 {
                 stop = Stop::Step;
                 break 'outer;
@@ -263,6 +245,55 @@ pub fn minimise(
         evaluations,
         stop,
     })
+}
+
+/// What came of one step.
+enum Attempt {
+    /// Parameters, residual and cost of a better point.
+    Better(Vec<f64>, DVector<f64>, f64),
+    /// The point is no better, or not finite; how far the largest move was, relative to its parameter.
+    Worse { moved: f64 },
+}
+
+fn attempt(
+    residual: &mut dyn FnMut(&[f64]) -> Vec<f64>,
+    x: &[f64],
+    step: &DVector<f64>,
+    bounds: &[(f64, f64)],
+    cost: f64,
+    rows: usize,
+) -> Attempt {
+    let mut trial: Vec<f64> = x.iter().zip(step.iter()).map(|(x, s)| x + s).collect();
+    clamp(&mut trial, bounds);
+    let r = DVector::from_vec(residual(&trial));
+    let trial_cost = 0.5 * r.norm_squared();
+    if r.len() == rows && trial_cost < cost {
+        return Attempt::Better(trial, r, trial_cost);
+    }
+    let moved = trial
+        .iter()
+        .zip(x)
+        .map(|(t, x)| (t - x).abs() / (x.abs() + 1e-12));
+    Attempt::Worse {
+        moved: moved.fold(0.0, f64::max),
+    }
+}
+
+/// Something to minimise, and finite at the start.
+fn check_start(r: &DVector<f64>, parameters: usize) -> Result<(), LeastSquaresError> {
+    if parameters == 0 || r.is_empty() {
+        return Err(LeastSquaresError::Empty {
+            parameters,
+            residuals: r.len(),
+        });
+    }
+    match r.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(LeastSquaresError::Start {
+            index,
+            value: r[index],
+        }),
+        None => Ok(()),
+    }
 }
 
 fn check_bounds(bounds: &[(f64, f64)], n: usize) -> Result<(), LeastSquaresError> {

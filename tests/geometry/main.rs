@@ -1,5 +1,7 @@
 //! Shapes, solids and mesh files, on made surfaces and on real scans.
 
+mod command;
 mod files;
 mod scans;
+mod shapes;
 mod solids;

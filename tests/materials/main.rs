@@ -7,6 +7,9 @@ use pliant::fitting::record::fit_coupon;
 use pliant::material::database::{Database, write_record};
 use pliant::material::homogeneous::{first_fold, uniaxial};
 use pliant::material::record::{Kind, MaterialRecord};
+use pliant::math::mandel::Mandel;
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use std::path::{Path, PathBuf};
 
 const DATABASE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/materials-db");
@@ -59,6 +62,32 @@ fn no_curve_folds() {
         let high = record.model.range.engineering_strain[1];
         assert_eq!(first_fold(&law, high.max(0.3), 300), None, "{}", record.id);
     }
+}
+
+/// Newton's method on a pressed silicone meets no negative stiffness: the symmetric part of the tangent is positive
+/// definite at random strains up to a norm of 0.6. (With a bulk modulus in step with the shear modulus, a quarter of
+/// these strains fail.)
+#[test]
+fn silicones_have_a_definite_tangent() {
+    let mut silicones = 0;
+    for record in database()
+        .records()
+        .filter(|r| r.printability.process == "cast silicone")
+    {
+        let law = record.law().unwrap();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+        for _ in 0..500 {
+            let direction = Mandel::from_fn(|_, _| rng.gen_range(-1.0..1.0));
+            let strain = direction.normalize() * rng.gen_range(0.0..0.6);
+            let (_, tangent) = law.stress_and_tangent(&strain);
+            let least = ((tangent + tangent.transpose()) * 0.5)
+                .symmetric_eigenvalues()
+                .min();
+            assert!(least > 0.0, "{}: {least} MPa at {strain}", record.id);
+        }
+        silicones += 1;
+    }
+    assert!(silicones >= 15);
 }
 
 /// What the testing machine said, read off the file by hand: EF30_0T_A1 shows −45.43 kPa at a strain of −0.3282.

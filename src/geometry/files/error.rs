@@ -9,13 +9,14 @@ use thiserror::Error;
 pub enum MeshFileError {
     #[error("{name}: expected a mesh file ending in .stl, .obj, .ply or .3mf")]
     UnknownFormat { name: String },
-    #[error("{path}: {source}")]
-    Open { path: PathBuf, source: std::io::Error },
+    // The cause stands in the message, and is no `source` as well, or reports would say it twice.
+    #[error("{path}: {cause}")]
+    Open { path: PathBuf, cause: std::io::Error },
     /// An error inside the named file.
-    #[error("{path}: {source}")]
+    #[error("{path}: {cause}")]
     In {
         path: PathBuf,
-        source: Box<MeshFileError>,
+        cause: Box<MeshFileError>,
     },
     #[error("line {line}: found {found}, expected {expected}")]
     Syntax {
@@ -56,8 +57,8 @@ pub enum MeshFileError {
     #[error("the file holds more than {limit} {what}: this is no mesh of an object")]
     TooLarge { what: &'static str, limit: u64 },
     #[error(
-        "the file does not say its unit, and the surface measures {x} × {y} × {z} in it; state the unit: in mm the largest \
-         extent would be {}, in cm {}, in m {}", in_unit(*.x, *.y, *.z, LengthUnit::Millimetre),
+        "the file does not say its unit, and the surface measures {} × {} × {} in it; state the unit: in mm the largest \
+         extent would be {}, in cm {}, in m {}", short(*.x), short(*.y), short(*.z), in_unit(*.x, *.y, *.z, LengthUnit::Millimetre),
         in_unit(*.x, *.y, *.z, LengthUnit::Centimetre), in_unit(*.x, *.y, *.z, LengthUnit::Metre)
     )]
     UnitMissing { x: f64, y: f64, z: f64 },
@@ -79,22 +80,27 @@ pub enum MeshFileError {
     },
 }
 
+/// Three significant digits.
+fn short(value: f64) -> String {
+    if !(1e-6..1e9).contains(&value.abs()) {
+        return value.to_string();
+    }
+    let digits = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
+}
+
 /// A length in a readable unit.
 fn readable(mm: f64) -> String {
-    let rounded = |value: f64| {
-        let digits = (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_string()
-        } else {
-            text
-        }
-    };
     match mm {
         mm if !mm.is_finite() || mm == 0.0 => format!("{mm} mm"),
         mm if !(1e-3..1e9).contains(&mm) => format!("{mm:.2e} mm"),
-        mm if mm < 1000.0 => format!("{} mm", rounded(mm)),
-        mm => format!("{} m", rounded(mm / 1000.0)),
+        mm if mm < 1000.0 => format!("{} mm", short(mm)),
+        mm => format!("{} m", short(mm / 1000.0)),
     }
 }
 

@@ -60,13 +60,13 @@ pub fn read_surface(
 /// As [`read_surface`], with the path before the message.
 pub fn open_surface(path: &Path, unit: Option<LengthUnit>) -> Result<SurfaceFile, MeshFileError> {
     let format = SurfaceFormat::from_path(path)?;
-    let bytes = std::fs::read(path).map_err(|source| MeshFileError::Open {
+    let bytes = std::fs::read(path).map_err(|cause| MeshFileError::Open {
         path: path.to_path_buf(),
-        source,
+        cause,
     })?;
     read_surface(&bytes, format, unit).map_err(|error| MeshFileError::In {
         path: path.to_path_buf(),
-        source: Box::new(error),
+        cause: Box::new(error),
     })
 }
 

@@ -1,6 +1,6 @@
 //! The rectangular block, the specimen of every check.
 
-use super::{ShapeError, within};
+use super::error::{ShapeError, within};
 use crate::geometry::axis::Axis;
 use crate::geometry::surface::TriMesh;
 use crate::geometry::weld::weld;

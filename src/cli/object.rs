@@ -1,0 +1,270 @@
+//! `pliant object`: surfaces of simple objects as STL files, and a look at any mesh file.
+
+use super::Answer;
+use super::terminal::{say, warn};
+use crate::geometry::files::{open_surface, write_stl};
+use crate::geometry::shapes::{self, SeatOptions, ShapeError, SoleOptions};
+use crate::geometry::{Solid, TriMesh};
+use crate::math::Vec3;
+use crate::units::{LengthUnit, length};
+use clap::{Args, Subcommand};
+use miette::{IntoDiagnostic, WrapErr};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Lengths carry their unit: 250mm, "25 cm", 10in.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    object: Object,
+    /// Answer as JSON
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Object {
+    /// A rectangular block with one corner at the origin
+    Block(Block),
+    /// The sole of a flip-flop for a left foot: heel at the origin, toes towards +y, ground at z = 0
+    Sole(Sole),
+    /// A round padded stool seat with a dimple in the middle
+    Seat(Seat),
+    /// Reads a mesh file and says how large it is, what is wrong with it, and whether it bounds a solid
+    Inspect(Inspect),
+}
+
+#[derive(Debug, Args)]
+struct Out {
+    /// The STL file to write (binary, millimetres)
+    #[arg(long, value_name = "FILE.stl")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct Block {
+    #[command(flatten)]
+    to: Out,
+    /// Extent along x
+    #[arg(long, value_parser = length, default_value = "50mm")]
+    width: f64,
+    /// Extent along y
+    #[arg(long, value_parser = length, default_value = "40mm")]
+    depth: f64,
+    /// Extent along z
+    #[arg(long, value_parser = length, default_value = "25mm")]
+    height: f64,
+    /// Side of the triangles
+    #[arg(long, value_parser = length, default_value = "2.5mm")]
+    spacing: f64,
+}
+
+#[derive(Debug, Args)]
+struct Sole {
+    #[command(flatten)]
+    to: Out,
+    /// Heel to toes [default: 260mm]
+    #[arg(long, value_parser = length)]
+    length: Option<f64>,
+    /// Largest width, at the ball of the foot [default: 98mm]
+    #[arg(long, value_parser = length)]
+    ball_width: Option<f64>,
+    /// Largest width of the heel [default: 70mm]
+    #[arg(long, value_parser = length)]
+    heel_width: Option<f64>,
+    /// Thickness at the heel [default: 22mm]
+    #[arg(long, value_parser = length)]
+    heel_thickness: Option<f64>,
+    /// Thickness at the toes [default: 14mm]
+    #[arg(long, value_parser = length)]
+    toe_thickness: Option<f64>,
+    /// Depth of the hollow for the heel [default: 1.5mm]
+    #[arg(long, value_parser = length)]
+    footbed_depth: Option<f64>,
+    /// How far the tip rises off the ground [default: 0mm]
+    #[arg(long, value_parser = length)]
+    toe_spring: Option<f64>,
+    /// Radius of the upper rim [default: 3mm]
+    #[arg(long, value_parser = length)]
+    rim_radius: Option<f64>,
+    /// Side of the triangles [default: 6mm]
+    #[arg(long, value_parser = length)]
+    spacing: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+struct Seat {
+    #[command(flatten)]
+    to: Out,
+    /// Diameter [default: 340mm]
+    #[arg(long, value_parser = length)]
+    diameter: Option<f64>,
+    /// Height of the dome's apex [default: 60mm]
+    #[arg(long, value_parser = length)]
+    thickness: Option<f64>,
+    /// How much higher the apex is than the rim [default: 10mm]
+    #[arg(long, value_parser = length)]
+    dome: Option<f64>,
+    /// Radius of the dimple, and of the inner region [default: 45mm]
+    #[arg(long, value_parser = length)]
+    button_radius: Option<f64>,
+    /// Depth of the dimple [default: 6mm]
+    #[arg(long, value_parser = length)]
+    button_depth: Option<f64>,
+    /// Radius of the upper rim [default: 22mm]
+    #[arg(long, value_parser = length)]
+    rim_radius: Option<f64>,
+    /// Side of the triangles [default: 11mm]
+    #[arg(long, value_parser = length)]
+    spacing: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+struct Inspect {
+    /// An STL, OBJ, PLY or 3MF file
+    file: PathBuf,
+    /// The unit of the file's numbers: um, mm, cm, m, in, ft (a 3MF declares its own)
+    #[arg(long)]
+    unit: Option<LengthUnit>,
+}
+
+/// What is said about a solid.
+#[derive(Debug, Serialize)]
+struct Summary {
+    file: String,
+    triangles: usize,
+    size_mm: [f64; 3],
+    volume_mm3: f64,
+    area_mm2: f64,
+    open_edges: usize,
+    components: usize,
+    warnings: Vec<String>,
+}
+
+/// Runs `pliant object`.
+///
+/// # Errors
+/// Options that make no shape, a file that cannot be read or written.
+pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
+    let json = arguments.json;
+    match &arguments.object {
+        Object::Block(block) => {
+            let size = Vec3::new(block.width, block.depth, block.height);
+            write(shapes::block(size, block.spacing), &block.to.out, json)
+        }
+        Object::Sole(sole) => write(shapes::flip_flop_sole(&sole.options()), &sole.to.out, json),
+        Object::Seat(seat) => write(shapes::stool_seat(&seat.options()), &seat.to.out, json),
+        Object::Inspect(arguments) => inspect(arguments, json),
+    }
+}
+
+impl Sole {
+    fn options(&self) -> SoleOptions {
+        let default = SoleOptions::default();
+        SoleOptions {
+            length: self.length.unwrap_or(default.length),
+            ball_width: self.ball_width.unwrap_or(default.ball_width),
+            heel_width: self.heel_width.unwrap_or(default.heel_width),
+            heel_thickness: self.heel_thickness.unwrap_or(default.heel_thickness),
+            toe_thickness: self.toe_thickness.unwrap_or(default.toe_thickness),
+            footbed_depth: self.footbed_depth.unwrap_or(default.footbed_depth),
+            toe_spring: self.toe_spring.unwrap_or(default.toe_spring),
+            rim_radius: self.rim_radius.unwrap_or(default.rim_radius),
+            spacing: self.spacing.unwrap_or(default.spacing),
+        }
+    }
+}
+
+impl Seat {
+    fn options(&self) -> SeatOptions {
+        let default = SeatOptions::default();
+        SeatOptions {
+            diameter: self.diameter.unwrap_or(default.diameter),
+            thickness: self.thickness.unwrap_or(default.thickness),
+            dome: self.dome.unwrap_or(default.dome),
+            button_radius: self.button_radius.unwrap_or(default.button_radius),
+            button_depth: self.button_depth.unwrap_or(default.button_depth),
+            rim_radius: self.rim_radius.unwrap_or(default.rim_radius),
+            spacing: self.spacing.unwrap_or(default.spacing),
+        }
+    }
+}
+
+fn write(mesh: Result<TriMesh, ShapeError>, out: &Path, json: bool) -> miette::Result<Answer> {
+    let mesh = mesh.into_diagnostic()?;
+    save(&mesh, out)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("{} could not be written", out.display()))?;
+    let solid = Solid::new(mesh).into_diagnostic()?;
+    report(&summary(out, &solid, Vec::new()), json)
+}
+
+/// Writes beside the file, then takes its place, so that no half file is ever seen.
+fn save(mesh: &TriMesh, out: &Path) -> std::io::Result<()> {
+    let folder = out
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    // By default only its owner may read a temporary file; the umask takes from this what it takes from every file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder)?;
+    write_stl(mesh, std::io::BufWriter::new(&mut file))?;
+    file.as_file().sync_all()?;
+    file.persist(out).map_err(|error| error.error)?;
+    Ok(())
+}
+
+fn inspect(arguments: &Inspect, json: bool) -> miette::Result<Answer> {
+    let file = open_surface(&arguments.file, arguments.unit).into_diagnostic()?;
+    match Solid::new(file.mesh) {
+        Ok(solid) => report(&summary(&arguments.file, &solid, file.notes), json),
+        Err(error) => {
+            if json {
+                say(&serde_json::json!({ "file": arguments.file, "refused": error.to_string() }).to_string());
+            } else {
+                warn(&format!("{}: {error}", arguments.file.display()));
+            }
+            Ok(Answer::Negative)
+        }
+    }
+}
+
+fn summary(file: &Path, solid: &Solid, notes: Vec<String>) -> Summary {
+    let health = solid.health();
+    Summary {
+        file: file.display().to_string(),
+        triangles: solid.mesh().triangles.len(),
+        size_mm: solid.size().into(),
+        volume_mm3: solid.volume(),
+        area_mm2: solid.mesh().area(),
+        open_edges: health.open_edges,
+        components: health.components,
+        warnings: notes.into_iter().chain(health.warnings()).collect(),
+    }
+}
+
+fn report(summary: &Summary, json: bool) -> miette::Result<Answer> {
+    if json {
+        say(&serde_json::to_string_pretty(summary).into_diagnostic()?);
+        return Ok(Answer::Done);
+    }
+    let [x, y, z] = summary.size_mm;
+    say(&format!("{}: {x:.1} × {y:.1} × {z:.1} mm", summary.file));
+    say(&format!(
+        "{:.1} cm³, {:.1} cm², {} triangles in {}",
+        summary.volume_mm3 / 1000.0,
+        summary.area_mm2 / 100.0,
+        summary.triangles,
+        if summary.components == 1 {
+            "one piece".into()
+        } else {
+            format!("{} pieces", summary.components)
+        }
+    ));
+    for warning in &summary.warnings {
+        warn(&format!("warning: {warning}"));
+    }
+    Ok(Answer::Done)
+}

@@ -1,0 +1,3 @@
+//! Checks against tables and figures of the papers.
+
+mod thesis_validation;
