@@ -353,8 +353,8 @@ fn table(records: &[CaseRecord]) -> String {
         .unwrap_or(0)
         .max(4);
     let mut lines = vec![format!(
-        "{:width$}  {:>20}  {:>12}  {:30}",
-        "case", "load reached", "largest move", "at (x, y, z) mm"
+        "{:width$}  {:>20}  {:>12}  at (x, y, z) mm",
+        "case", "load reached", "largest move"
     )];
     for record in records {
         let load = format!(
@@ -374,6 +374,8 @@ fn table(records: &[CaseRecord]) -> String {
         if let (true, Some(reaction)) = (record.kind == "move", record.reactions.first())
             && let Some([x, y, z]) = reaction.forces_n.last()
         {
+            // Adding zero turns −0 into 0.
+            let [x, y, z] = [x, y, z].map(|f| (1e3 * f).round() / 1e3 + 0.0);
             line += &format!("  force ({x:.3}, {y:.3}, {z:.3}) N");
         }
         lines.push(line.trim_end().to_string());

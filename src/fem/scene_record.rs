@@ -170,7 +170,8 @@ pub struct CaseRecord {
     pub residual: f64,
     /// Counts of the solver's work.
     pub work: Work,
-    /// Share of the integration points whose strain left their material's fitted range, at the last level.
+    /// Share of the object's volume that is strained by more than 1 % and beyond its material's fitted range, at the last
+    /// level. Where strain is smaller, the stiffness is the one at rest on either side of the border.
     pub share_outside_fitted_range: f64,
     /// Smallest det F at the last level, over points that count.
     pub smallest_jacobian: f64,
@@ -249,7 +250,6 @@ impl CaseRecord {
                 .collect(),
         };
         let [smallest_jacobian, largest_jacobian] = jacobians(case, outcome, options);
-        let outside = outcome.fields.in_range.iter().filter(|inside| !**inside).count();
         let mut record = CaseRecord {
             name: case.name.clone(),
             kind,
@@ -269,7 +269,7 @@ impl CaseRecord {
             largest_displacement: largest_displacement(stage, outcome),
             residual: outcome.residual,
             work: outcome.work,
-            share_outside_fitted_range: outside as f64 / outcome.fields.in_range.len().max(1) as f64,
+            share_outside_fitted_range: share_outside(case, &outcome.fields),
             smallest_jacobian,
             largest_jacobian,
             levels,
@@ -306,6 +306,22 @@ impl CaseRecord {
         }
         found
     }
+}
+
+/// Strains below this size (Frobenius norm) are rest, wherever the fitted range ends: a material that was measured in
+/// compression alone ends at zero.
+const REST_STRAIN: f64 = 0.01;
+
+fn share_outside(case: &Case, fields: &PointFields) -> f64 {
+    let (mut whole, mut outside) = (0.0, 0.0);
+    for (q, (strain, inside)) in fields.strain.iter().zip(&fields.in_range).enumerate() {
+        let volume = case.model.parts.weight(q);
+        whole += volume;
+        if !inside && strain.norm() > REST_STRAIN {
+            outside += volume;
+        }
+    }
+    if whole > 0.0 { outside / whole } else { 0.0 }
 }
 
 fn displacement_size(displacement: &[Option<f64>; 3]) -> f64 {
@@ -346,7 +362,7 @@ fn nodes(stage: &Stage, outcome: &CaseOutcome) -> Vec<NodeRecord> {
 fn reactions(case: &Case, outcome: &CaseOutcome) -> Vec<ReactionRecord> {
     let record = |(index, support): (usize, &super::stage::Support)| ReactionRecord {
         support: support.name.clone(),
-        nodes: support.nodes.len(),
+        nodes: support.held.len(),
         forces_n: outcome
             .reactions
             .iter()

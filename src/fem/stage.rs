@@ -74,13 +74,24 @@ pub enum CaseKind {
     },
 }
 
-/// Nodes that a support holds; a node belongs to the first support that names it.
+/// What a support holds. A component of a node belongs to the first support that names it, so that reactions add up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
     /// Its name, for instance `fixed 1 (bottom)`.
     pub name: String,
-    /// Its nodes.
-    pub nodes: Vec<usize>,
+    /// Its nodes, ascending, with the components that it holds.
+    pub held: Vec<(usize, Constrained)>,
+}
+
+impl Support {
+    /// The sum of a nodal field, `(nodes)`, over what the support holds.
+    fn sum(&self, field: &[Vec3]) -> Vec3 {
+        let part = |&(node, held): &(usize, Constrained)| {
+            let value = field[node];
+            Vec3::from([0, 1, 2].map(|c| if held[c] { value[c] } else { 0.0 }))
+        };
+        self.held.iter().map(part).sum()
+    }
 }
 
 /// What a case came to.
@@ -206,8 +217,7 @@ impl Stage {
             .map(|(u, t)| {
                 let external: Vec<Vec3> = case.load.forces.iter().map(|f| f * *t).collect();
                 let nodal = solver.reactions(u, &materials, &external);
-                let sum = |s: &Support| s.nodes.iter().map(|&n| nodal[n]).sum();
-                case.supports.iter().map(sum).collect()
+                case.supports.iter().map(|s| s.sum(&nodal)).collect()
             })
             .collect();
         let rest = || vec![Vec3::zeros(); self.grid.mesh.nodes.len()];
@@ -249,16 +259,25 @@ fn supports(setup: &Setup, grid: &Grid) -> Result<(Vec<Constrained>, Vec<Support
     let mut constrained = vec![[false; 3]; grid.mesh.nodes.len()];
     let mut supports: Vec<Support> = Vec::new();
     for (index, fixed) in setup.fixed.iter().enumerate() {
-        let nodes = nodes_of(fixed, &setup.document, grid)?;
+        let before = constrained.clone();
         fixed.hold(&setup.document, grid, &mut constrained)?;
-        let taken = |n: &usize| !supports.iter().any(|s| s.nodes.binary_search(n).is_ok());
-        let nodes = nodes.into_iter().filter(taken).collect();
         supports.push(Support {
             name: support_name(index, fixed),
-            nodes,
+            held: added(&before, &constrained),
         });
     }
     Ok((constrained, supports))
+}
+
+/// The components that `after` holds and `before` does not.
+fn added(before: &[Constrained], after: &[Constrained]) -> Vec<(usize, Constrained)> {
+    before
+        .iter()
+        .zip(after)
+        .enumerate()
+        .filter(|(_, (b, a))| a != b)
+        .map(|(node, (b, a))| (node, [0, 1, 2].map(|c| a[c] && !b[c])))
+        .collect()
 }
 
 fn support_name(index: usize, fixed: &FixedText) -> String {
@@ -332,6 +351,7 @@ fn move_case(setup: &Setup, own: &Move, points: &[Vec3], grid: &Grid) -> Result<
     let document = &setup.document;
     let (mut constrained, mut supports) = supports(setup, grid)?;
     let nodes = nodes_of(&own.place, document, grid)?;
+    let before = constrained.clone();
     let mut prescribed = vec![Vec3::zeros(); constrained.len()];
     for &node in &nodes {
         for c in 0..3 {
@@ -352,14 +372,11 @@ fn move_case(setup: &Setup, own: &Move, points: &[Vec3], grid: &Grid) -> Result<
         }
     }
     // What moves the object is asked for first.
-    supports
-        .iter_mut()
-        .for_each(|s| s.nodes.retain(|n| nodes.binary_search(n).is_err()));
     supports.insert(
         0,
         Support {
             name: own.name.clone(),
-            nodes,
+            held: added(&before, &constrained),
         },
     );
     let fail = |message: String| document.mistake(&own.span, format!("{:?}: {message}", own.name));
