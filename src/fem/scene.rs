@@ -289,13 +289,13 @@ impl<'a> Shelf<'a> {
         })?;
         let material = match self.own.iter().find(|m| m.id == *id.get_ref()) {
             Some(own) => own.clone(),
-            None => self.from_database(id)?,
+            None => self.borrow(id)?,
         };
         self.taken.push(material);
         Ok(index)
     }
 
-    fn from_database(&mut self, id: &Spanned<String>) -> Result<SceneMaterial, Mistake> {
+    fn borrow(&mut self, id: &Spanned<String>) -> Result<SceneMaterial, Mistake> {
         let fail = |reason: String| {
             let message = format!("{reason}; or define it here with [[material]]");
             self.document.mistake(&id.span(), message)

@@ -162,3 +162,45 @@ fn json_is_alone_on_standard_output() {
     let people = bench.simulate(PRESSED, &[]);
     assert!(people.out.contains("4.000 of 4.000 N"), "{}", people.out);
 }
+
+/// The example of the documentation does what it says, with the names that it gives.
+#[test]
+fn the_documented_scene_runs() {
+    let bench = Bench::new();
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/formats-scene.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let scene = page
+        .split("```toml\n")
+        .nth(1)
+        .unwrap()
+        .split("```")
+        .next()
+        .unwrap();
+    let block = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/block/block.stl");
+    let record = bench.record(&scene.replace("\"block.stl\"", &format!("{block:?}")));
+    let names: Vec<&str> = record["cells"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| c["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["core", "rest 1", "rest 2"]);
+    assert_eq!(
+        record["materials"],
+        serde_json::json!(["gel", "dragon-skin-20", "ecoflex-00-30"])
+    );
+    let count = |case: usize, key: &str| record["cases"][case][key].as_array().unwrap().len();
+    // The press: three forces; the contact, 30 points around it, and the corner. The move: four steps and the corner.
+    assert_eq!(
+        [count(0, "levels"), count(0, "points"), count(0, "nodes")],
+        [3, 32, 2]
+    );
+    assert_eq!(
+        [count(1, "levels"), count(1, "points"), count(1, "nodes")],
+        [4, 1, 2]
+    );
+    // Every key of a case is explained.
+    for key in record["cases"][0].as_object().unwrap().keys() {
+        assert!(page.contains(&format!("`{key}`")), "{key}");
+    }
+}
