@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 //!
-//! Rooms: [`replicate`], [`export`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
+//! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
 //! bar while a search runs), [`stop`] (Ctrl-C).
 
 pub mod db;
@@ -10,6 +10,7 @@ pub mod fit;
 pub mod object;
 pub mod progress;
 pub mod replicate;
+pub mod simulate;
 pub mod stop;
 pub mod terminal;
 
@@ -30,6 +31,8 @@ enum Command {
     Replicate(replicate::Arguments),
     /// Writes the printer's files of a layout that was found before
     Export(export::Arguments),
+    /// Simulates a scene, or a layout that was found, and writes what ParaView and goals read
+    Simulate(simulate::Arguments),
     /// Lists, shows and checks the materials of the database
     Db(db::Arguments),
     /// Fits materials to coupon tests and writes their records
@@ -70,6 +73,7 @@ fn run(cli: &Cli) -> miette::Result<Answer> {
     match &cli.command {
         Command::Replicate(arguments) => replicate::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
         Command::Object(arguments) => object::run(arguments),
