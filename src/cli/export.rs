@@ -90,8 +90,6 @@ pub fn name_of(goal: &Goal) -> String {
             '-'
         }
     };
-    own.unwrap_or_else(|| "design".into())
-        .chars()
-        .map(plain)
-        .collect()
+    let name: String = own.unwrap_or_default().trim_start_matches('.').chars().map(plain).collect();
+    if name.is_empty() { "design".into() } else { name }
 }

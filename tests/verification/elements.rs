@@ -245,7 +245,10 @@ fn secant_matrix_at_rest_is_the_derivative_of_the_internal_forces() {
             let held = fixed_where(&mesh, |x| [x.z < 1e-9; 3]);
             let model = Model::new(mesh.clone(), None, held).unwrap();
             let cells = vec![0; model.parts.points()];
-            let materials = Materials { laws: &[&law], cell_of_point: &cells };
+            let materials = Materials {
+                laws: &[&law],
+                cell_of_point: &cells,
+            };
             let mut values = vec![0.0; model.symbolic().pattern().rows.len()];
             let rest = vec![Vec3::zeros(); mesh.nodes.len()];
             model.assemble(&rest, &materials, Kind::Secant, &mut values);
