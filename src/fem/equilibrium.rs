@@ -8,15 +8,16 @@
 //! single solve per level was off by 3 % with ten of them. Two iterations take turns:
 //!
 //! - *Anderson* on `u ← u + K₀⁻¹ (t f_ext − f_int(u))` with one factorisation at rest, K₀: an iteration costs a residual
-//!   and a triangular solve, about a tenth of a Newton step;
+//!   and a triangular solve, about a tenth of a Newton step. Where a level takes many iterations, the secant matrix of
+//!   the current state takes the place of K₀ for the rest of the curve;
 //! - *Newton* with the symmetric part of the consistent tangent, the secant matrix where that is indefinite, and a line
 //!   search on ‖K⁻¹ r‖ (Deuflhard's natural monotonicity test), where Anderson stalls.
 //!
 //! If neither arrives, the load increment is halved and the level is tried again from the last equilibrium. A state with
 //! an element turned inside out (det F ≤ 0) is never accepted: there an iteration can converge to a mirror world.
 //!
-//! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 with the
-//! readings above; Walker and Ni 2011; Deuflhard 2004.
+//! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 iterated
+//! to equilibrium; Walker and Ni 2011; Deuflhard 2004.
 
 use super::forces::{Materials, add_internal_forces, smallest_jacobian};
 use super::model::Model;
@@ -25,91 +26,7 @@ use crate::math::Vec3;
 use crate::numerics::anderson::Anderson;
 use crate::numerics::cholesky::{Cholesky, CholeskyError};
 
-/// How to solve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// A state is in equilibrium when the residual force is below this share of the load, and the next step below this
-    /// share of the largest displacement. Default 1e-8.
-    pub tolerance: f64,
-    /// Most Anderson iterations of one level before Newton takes over. Default 40; 0 for Newton alone.
-    pub accelerated_iterations: usize,
-    /// Most Newton iterations of one level. Default 30.
-    pub newton_iterations: usize,
-    /// How often a load increment may be halved. Default 6.
-    pub halvings: usize,
-    /// Least fill of an integration point whose inversion counts: a corner that is mostly outside the object may fold.
-    /// Default 0.25.
-    pub least_fill: f64,
-}
-
-impl Options {
-    /// For searches, which meet many layouts that no load curve can be found for: gives up early. A layout that needs
-    /// smaller increments than a quarter is not worth building.
-    pub fn for_search(tolerance: f64) -> Options {
-        Options {
-            tolerance,
-            accelerated_iterations: 40,
-            newton_iterations: 8,
-            halvings: 2,
-            ..Options::default()
-        }
-    }
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options {
-            tolerance: 1e-8,
-            accelerated_iterations: 40,
-            newton_iterations: 30,
-            halvings: 6,
-            least_fill: 0.25,
-        }
-    }
-}
-
-/// An option outside its range.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("solver option {field} is {value}: {expected}")]
-pub struct BadOption {
-    /// Name of the option.
-    pub field: &'static str,
-    /// What it was set to.
-    pub value: f64,
-    /// What it may be.
-    pub expected: &'static str,
-}
-
-impl Options {
-    /// # Errors
-    /// [`BadOption`] names the first field outside its range.
-    pub fn check(&self) -> Result<(), BadOption> {
-        if !(1e-14..=1e-1).contains(&self.tolerance) {
-            let expected = "between 1e-14 and 0.1";
-            return Err(BadOption {
-                field: "tolerance",
-                value: self.tolerance,
-                expected,
-            });
-        }
-        if !(0.0..=1.0).contains(&self.least_fill) {
-            let expected = "between 0 and 1";
-            return Err(BadOption {
-                field: "least_fill",
-                value: self.least_fill,
-                expected,
-            });
-        }
-        if self.newton_iterations == 0 {
-            return Err(BadOption {
-                field: "newton_iterations",
-                value: 0.0,
-                expected: "at least 1",
-            });
-        }
-        Ok(())
-    }
-}
+pub use super::load_curve::{BadOption, Curve, Load, Options, Stop, Work};
 
 /// Iterations that Anderson's method remembers.
 const DEPTH: usize = 6;
@@ -117,84 +34,6 @@ const DEPTH: usize = 6;
 const REFRESH: usize = 12;
 /// Iterations without a new best after which Newton takes over.
 const PATIENCE: usize = 8;
-
-/// A load at factor 1.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Load {
-    /// Force on each node, `(nodes)` \[N\].
-    pub forces: Vec<Vec3>,
-    /// Displacement of each node's constrained components, `(nodes)` \[mm\]; other components are ignored.
-    pub prescribed: Option<Vec<Vec3>>,
-}
-
-/// Why a curve ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stop {
-    /// Every level is in equilibrium.
-    Converged,
-    /// The iterations did not arrive, however small the increment.
-    NotConverged,
-    /// The next state would turn an element inside out.
-    Inverted {
-        /// Number of the element, from 0.
-        element: usize,
-        /// Its first node in the undeformed object \[mm\].
-        place: Vec3,
-    },
-    /// The stiffness at rest has no Cholesky factor: the object is not held, or a material is not stable.
-    Unstable,
-    /// A caller asked to stop.
-    Cancelled,
-}
-
-impl std::fmt::Display for Stop {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Stop::Converged => write!(f, "in equilibrium at every level"),
-            Stop::NotConverged => write!(f, "no equilibrium found beyond this load"),
-            Stop::Inverted { element, place } => write!(
-                f,
-                "element {element} near ({:.1}, {:.1}, {:.1}) mm would turn inside out beyond this load",
-                place.x, place.y, place.z
-            ),
-            Stop::Unstable => write!(
-                f,
-                "the stiffness at rest is not positive definite: is the object held?"
-            ),
-            Stop::Cancelled => write!(f, "stopped on request"),
-        }
-    }
-}
-
-/// Counts of the solver's work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Work {
-    /// Anderson iterations.
-    pub accelerated_iterations: usize,
-    /// Newton iterations.
-    pub newton_iterations: usize,
-    /// Numeric factorisations.
-    pub factorisations: usize,
-    /// Evaluations of the internal forces.
-    pub residuals: usize,
-    /// Load increments that were halved.
-    pub halvings: usize,
-}
-
-/// What a load curve came to.
-#[derive(Clone, Debug)]
-pub struct Curve {
-    /// Displacements at every level that was reached, each `(nodes)` \[mm\].
-    pub levels: Vec<Vec<Vec3>>,
-    /// Why it ended.
-    pub stop: Stop,
-    /// The last load factor in equilibrium; between two levels where increments were halved.
-    pub reached: f64,
-    /// Residual force of the last level, as a share of the load.
-    pub residual: f64,
-    /// What it cost.
-    pub work: Work,
-}
 
 /// The solver's memory for one model; one a thread.
 #[derive(Debug)]
@@ -272,6 +111,8 @@ impl<'a> Solver<'a> {
             factorisations: 1,
             ..Work::default()
         };
+        // A factor of an earlier curve would make the answer depend on what was solved before.
+        self.is_refreshed = false;
         let mut path = Path::at_rest(self.model.mesh.nodes.len());
         let mut curve = Curve {
             levels: Vec::new(),
