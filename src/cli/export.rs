@@ -89,6 +89,10 @@ pub fn name_of(goal: &Goal) -> String {
 /// A name as a file may bear it anywhere: ASCII letters, digits, `-`, `_` and `.`, the first one no `.`.
 pub fn plain(name: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    let kept: String = name.trim_start_matches('.').chars().map(|c| if allowed(c) { c } else { '-' }).collect();
+    let kept: String = name
+        .trim_start_matches('.')
+        .chars()
+        .map(|c| if allowed(c) { c } else { '-' })
+        .collect();
     if kept.is_empty() { "design".into() } else { kept }
 }

@@ -10,6 +10,7 @@ pub mod fit;
 pub mod object;
 pub mod progress;
 pub mod replicate;
+pub mod simulate;
 pub mod stop;
 pub mod terminal;
 
@@ -30,6 +31,8 @@ enum Command {
     Replicate(replicate::Arguments),
     /// Writes the printer's files of a layout that was found before
     Export(export::Arguments),
+    /// Simulates a scene, or a layout that was found, and writes what ParaView and goals read
+    Simulate(simulate::Arguments),
     /// Lists, shows and checks the materials of the database
     Db(db::Arguments),
     /// Fits materials to coupon tests and writes their records
@@ -70,6 +73,7 @@ fn run(cli: &Cli) -> miette::Result<Answer> {
     match &cli.command {
         Command::Replicate(arguments) => replicate::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
         Command::Object(arguments) => object::run(arguments),

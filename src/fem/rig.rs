@@ -319,7 +319,7 @@ fn press(setup: &Setup, example: &Example, grid: &Grid) -> Result<Press, Mistake
 }
 
 /// A grid whose faces lie on the layer borders: at shares of the height if a region follows it, flat otherwise.
-fn grid_for(solid: &Solid, cells: &Cells, size_mm: f64) -> Result<Grid, GridError> {
+pub(super) fn grid_for(solid: &Solid, cells: &Cells, size_mm: f64) -> Result<Grid, GridError> {
     let follows = cells.heights();
     let axis = match follows {
         Some(heights) => heights.axis(),
@@ -384,7 +384,7 @@ fn lines_along(cells: &Cells, component: usize) -> Vec<f64> {
 }
 
 /// The cell at the middle of each octant; a point outside all regions takes its hexahedron's most frequent cell.
-fn cells_of_points(grid: &Grid, cells: &Cells) -> Vec<u16> {
+pub(super) fn cells_of_points(grid: &Grid, cells: &Cells) -> Vec<u16> {
     let points = gauss_points();
     let mut result = Vec::with_capacity(grid.fill.len());
     for e in 0..grid.mesh.elements.len() {
