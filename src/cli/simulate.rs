@@ -116,10 +116,8 @@ fn layout(arguments: &Arguments) -> miette::Result<Answer> {
         setup: &goal.setup,
         materials: goal.palette.iter().map(|m| m.record.id.clone()).collect(),
         stage,
-        options: Options {
-            tolerance: found.search.tolerance,
-            ..Options::default()
-        },
+        // As the search simulates what it reports; `found.search.tolerance` is that of the tree.
+        options: Options::default(),
         steps: 1,
         warnings: goal.setup.object.warnings.clone(),
     };
