@@ -10,7 +10,7 @@
 //! Symbols as in [`super::forces`]; T' is the bracket there. The secant matrix at rest is the matrix of linear
 //! elasticity. The tangent is the exact derivative of the internal forces for isotropic laws; for transversely
 //! isotropic ones the change of `[v]×` is left out, so that Newton's iteration converges linearly there. A strain-space
-//! law has no energy: its tangent is not symmetric, and [`tangent`] gives the symmetric part, which the Cholesky
+//! law has no energy: its tangent is not symmetric, and [`Kind::Tangent`] gives the symmetric part, which the Cholesky
 //! factorisation takes.
 
 use super::elements::{Block, IntegrationPoint};
