@@ -7,14 +7,14 @@
 //!
 //! | floor | folder | holds | may use |
 //! |---|---|---|---|
-//! | 0 | [`math`] | small dense algebra, polar decomposition, radial basis functions, seeded random numbers | – |
-//! | 0 | [`units`] | N, mm, MPa inside; reading and writing quantities with units at the borders | – |
-//! | 1 | [`geometry`] | triangle and hexahedral meshes, inside and distance queries, meshing, mesh files | math, units |
+//! | 0 | [`math`] | small dense algebra, polar decomposition, radial basis functions | – |
+//! | 0 | [`units`] | N, mm, MPa inside; quantities with units and whole files at the borders | – |
+//! | 1 | [`geometry`] | triangle and hexahedral meshes, inside and distance queries, regions and cells, meshing, mesh files | math, units |
 //! | 1 | [`numerics`] | sparse patterns and factorisations, accelerated fixed points, least squares | math |
 //! | 2 | [`material`] | constitutive laws at a point; the material record and the database over `materials-db/` | math, units |
-//! | 3 | [`fem`] | elements, assembly, loads, the quasi-static solve; the scene and the force–displacement example | geometry, numerics, material, math, units |
+//! | 3 | [`fem`] | elements, assembly, loads, the quasi-static solve; set-ups and force–displacement examples | geometry, numerics, material, math, units |
 //! | 5 | [`fitting`] | measured curves to material parameters | fem, material, numerics, geometry, math, units |
-//! | 6 | [`design`] | cells, layouts, goals, evaluation, bounds, search | fem, material, numerics, geometry, math, units |
+//! | 6 | [`design`] | goals, layouts and their errors, bounds, search | fem, material, numerics, geometry, math, units |
 //! | 7 | [`fabrication`] | a layout to per-material meshes, 3MF, STL | design, material, geometry, math, units |
 //! | 8 | [`report`] | plots, tables, pages, pictures made from the results above | all below |
 //! | 9 | [`cli`] | one file per subcommand: arguments, checked options, library, report | all |

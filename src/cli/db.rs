@@ -13,7 +13,7 @@ use miette::{IntoDiagnostic, miette};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Looks at the database of materials.
+/// Lists, shows and checks the materials of the database.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Folder of the material database
@@ -28,18 +28,18 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// One line per material: stiffness at rest and pressed, range measured, error of the fit, source
+    /// Lists a line per material: stiffness at rest and pressed, range measured, error of the fit, source
     List {
         /// As a Markdown table
         #[arg(long)]
         markdown: bool,
     },
-    /// All about one material, with its curve under pressing and pulling
+    /// Shows all about one material, with its curve under pressing and pulling
     Show {
         /// Its id, as in `pliant db list`
         id: String,
     },
-    /// Examine every record: units, positive stiffness, rising curves, source; exit code 1 if one fails
+    /// Examines every record: units, positive stiffness, rising curves, source; exit code 1 if one fails
     Check,
 }
 

@@ -83,15 +83,16 @@ pub fn name_of(goal: &Goal) -> String {
         .as_deref()
         .and_then(Path::file_name)
         .map(|n| n.to_string_lossy().into_owned());
-    let plain = |c: char| {
-        if c.is_ascii_alphanumeric() || "-_.".contains(c) {
-            c
-        } else {
-            '-'
-        }
-    };
-    own.unwrap_or_else(|| "design".into())
+    plain(own.as_deref().unwrap_or_default())
+}
+
+/// A name as a file may bear it anywhere: ASCII letters, digits, `-`, `_` and `.`, the first one no `.`.
+pub fn plain(name: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let kept: String = name
+        .trim_start_matches('.')
         .chars()
-        .map(plain)
-        .collect()
+        .map(|c| if allowed(c) { c } else { '-' })
+        .collect();
+    if kept.is_empty() { "design".into() } else { kept }
 }

@@ -10,7 +10,7 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Fits a material to coupon tests (pressed, pulled or sheared specimens) and writes its record.
+/// Fits materials to coupon tests (pressed, pulled or sheared specimens) and writes their records.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Coupon files: which tests, where their curves are, units, what is assumed
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Folder that the paths of curves are relative to [default: the coupon file's own]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Fit and report, but write nothing
+    /// Write nothing, only fit and report
     #[arg(long)]
     dry_run: bool,
     /// Answer in JSON, for machines

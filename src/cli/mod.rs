@@ -1,5 +1,8 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
+//!
+//! Rooms: [`replicate`], [`export`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
+//! bar while a search runs), [`stop`] (Ctrl-C).
 
 pub mod db;
 pub mod export;
@@ -30,11 +33,11 @@ enum Command {
     Export(export::Arguments),
     /// Simulates a scene, or a layout that was found, and writes what ParaView and goals read
     Simulate(simulate::Arguments),
-    /// The database of materials: list, show, check
+    /// Lists, shows and checks the materials of the database
     Db(db::Arguments),
-    /// Fits a material to coupon tests and writes its record
+    /// Fits materials to coupon tests and writes their records
     Fit(fit::Arguments),
-    /// Make the surface of a simple object, or inspect one.
+    /// Makes the surface of a simple object, or inspects any mesh file
     Object(object::Arguments),
 }
 

@@ -6,29 +6,32 @@ use crate::geometry::files::{open_surface, write_stl};
 use crate::geometry::shapes::{self, SeatOptions, ShapeError, SoleOptions};
 use crate::geometry::{Solid, TriMesh};
 use crate::math::Vec3;
+use crate::units::whole_file::{folder_of, replace_file};
 use crate::units::{LengthUnit, length};
 use clap::{Args, Subcommand};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// Makes the surface of a simple object, or inspects any mesh file.
+///
 /// Lengths carry their unit: 250mm, "25 cm", 10in.
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(subcommand)]
     object: Object,
-    /// Answer as JSON
+    /// Answer in JSON, for machines
     #[arg(long, global = true)]
     json: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Object {
-    /// A rectangular block with one corner at the origin
+    /// Makes a rectangular block with one corner at the origin
     Block(Block),
-    /// The sole of a flip-flop for a left foot: heel at the origin, toes towards +y, ground at z = 0
+    /// Makes the sole of a flip-flop for a left foot: heel at the origin, toes towards +y, ground at z = 0
     Sole(Sole),
-    /// A round padded stool seat with a dimple in the middle
+    /// Makes a round padded stool seat with a dimple in the middle
     Seat(Seat),
     /// Reads a mesh file and says how large it is, what is wrong with it, and whether it bounds a solid
     Inspect(Inspect),
@@ -199,21 +202,17 @@ fn write(mesh: Result<TriMesh, ShapeError>, out: &Path, json: bool) -> miette::R
     report(&summary(out, &solid, Vec::new()), json)
 }
 
-/// Writes beside the file, then takes its place, so that no half file is ever seen.
+/// Writes the file whole. A folder that is missing was mistyped, so none is made.
 fn save(mesh: &TriMesh, out: &Path) -> std::io::Result<()> {
-    let folder = out
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // By default only its owner may read a temporary file; the umask takes from this what it takes from every file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    write_stl(mesh, std::io::BufWriter::new(&mut file))?;
-    file.as_file().sync_all()?;
-    file.persist(out).map_err(|error| error.error)?;
-    Ok(())
+    if !folder_of(out).is_dir() {
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::NotFound,
+            "there is no such folder: make it first, or name another",
+        ));
+    }
+    let mut bytes = Vec::new();
+    write_stl(mesh, &mut bytes)?;
+    replace_file(out, &bytes)
 }
 
 fn inspect(arguments: &Inspect, json: bool) -> miette::Result<Answer> {

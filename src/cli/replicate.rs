@@ -3,7 +3,7 @@
 use super::progress::SearchBar;
 use super::terminal::{say, warn};
 use super::{Answer, stop};
-use crate::design::found::{Found, replace_file, sha256};
+use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
 use crate::design::search::{self, Outcome};
@@ -13,10 +13,11 @@ use crate::fabrication::layout::{self, export_options, tile_layout};
 use crate::fem::equilibrium;
 use crate::fem::rig::Rig;
 use crate::material::database::Database;
-use crate::report::page::Fact;
+use crate::report::page::{Fact, ReplicatePage};
 use crate::report::replicate::Replica;
 use crate::report::table::layout_table;
 use crate::report::ticks::duration;
+use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, miette};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -40,6 +41,9 @@ pub struct Arguments {
     /// Where the layout and the report go [default: DESIGN/found]
     #[arg(long, value_name = "DIR")]
     found: Option<PathBuf>,
+    /// Where the report's pictures and curves go as separate .svg files [default: none are written]
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// Simulate every layout: proof for small spaces, days for large ones
     #[arg(long)]
     exhaustive: bool,
@@ -52,8 +56,9 @@ pub struct Arguments {
     /// Seed of the clustering
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Accuracy of each simulation in the search, as a share of load and displacement
-    #[arg(long, value_name = "T", default_value_t = 1e-4)]
+    /// Accuracy of each simulation in the search, as a share of load and displacement; the layouts that are reported are
+    /// simulated again at 1e-8
+    #[arg(long, value_name = "T", default_value_t = 1e-3)]
     tolerance: f64,
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
@@ -104,6 +109,8 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let searching = Instant::now();
     let outcome =
         search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
+    let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
+    let outcome = outcome.refined(&target, &mut fine);
     let searched = searching.elapsed();
     bar.finish();
     let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
@@ -134,6 +141,9 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         .into_diagnostic()?;
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
+    if let Some(folder) = &arguments.pictures {
+        write_pictures(&page, folder, &super::export::name_of(&goal))?;
+    }
     let files = Files {
         found: &found,
         export: fabricated.folder.as_deref(),
@@ -249,6 +259,16 @@ fn provenance(goal: &Goal) -> Vec<Fact> {
         Fact::new("goal", goal.file().display()),
         Fact::new("goal SHA-256", sha256(goal.setup.document.text.as_bytes())),
     ]
+}
+
+/// Writes every figure of the page to `folder/NAME-FIGURE.svg`.
+fn write_pictures(page: &ReplicatePage, folder: &Path, name: &str) -> miette::Result<()> {
+    for figure in page.pictures.iter().chain(&page.plots) {
+        let file = folder.join(format!("{name}-{}.svg", super::export::plain(&figure.name)));
+        replace_file(&file, figure.drawing.as_str().as_bytes())
+            .map_err(|e| miette!("{}: cannot be written: {e}", file.display()))?;
+    }
+    Ok(())
 }
 
 struct Files<'a> {

@@ -3,7 +3,7 @@
 
 use super::terminal::{say, warn};
 use super::{Answer, stop};
-use crate::design::found::{Found, replace_file, sha256};
+use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::{Misfit, Target};
 use crate::fem::equilibrium::{self, Options};
@@ -13,6 +13,7 @@ use crate::fem::scene_record::{CaseRecord, write_case_csv, write_case_vtu};
 use crate::fem::setup::Setup;
 use crate::fem::stage::{CaseKind, CaseOutcome, Stage};
 use crate::material::database::Database;
+use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, WrapErr};
 use serde_json::json;
 use std::path::{Path, PathBuf};

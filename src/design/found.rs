@@ -4,9 +4,9 @@ use super::goal::Goal;
 use super::misfit::{Misfit, Target};
 use super::search::{Options, Outcome, Stop};
 use crate::fem::rig::Layout;
+use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The version of `layout.toml` that this program writes and reads.
@@ -297,29 +297,4 @@ fn goal_from_found(goal: &Goal) -> String {
 /// Lower-case hexadecimal SHA-256.
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
-}
-
-/// Writes `bytes` to a file beside `file`, brings them to the disk, and renames: a reader sees the old or the new file,
-/// never half of one. Makes the folder if it is missing.
-///
-/// # Errors
-/// What the system says.
-pub fn replace_file(file: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = file
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    let mut aside = tempfile::NamedTempFile::new_in(folder)?;
-    aside.write_all(bytes)?;
-    aside.as_file().sync_all()?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        aside
-            .as_file()
-            .set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    }
-    aside.persist(file).map_err(|e| e.error)?;
-    Ok(())
 }

@@ -210,3 +210,60 @@ fn most_materials(document: &Document, text: &PaletteText, available: usize) -> 
         Some(most) => Err(document.mistake(&most.span(), "found 0, expected at least one material")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The commented example of `docs/formats.md`, beside the sole that it is written for.
+    fn documented(changed: [&str; 2]) -> Result<Goal, GoalError> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let formats = include_str!("../../docs/formats.md");
+        let (_, section) = formats.split_once("## The goal").unwrap();
+        let (_, rest) = section.split_once("```toml\n").unwrap();
+        let (example, _) = rest.split_once("```").unwrap();
+        assert!(example.contains(changed[0]));
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::copy(
+            root.join("designs/flip-flop/sole.stl"),
+            folder.path().join("sole.stl"),
+        )
+        .unwrap();
+        std::fs::write(
+            folder.path().join("goal.toml"),
+            example.replace(changed[0], changed[1]),
+        )
+        .unwrap();
+        Goal::read(
+            folder.path(),
+            &Database::open(&root.join("materials-db")).unwrap(),
+        )
+    }
+
+    #[test]
+    fn the_documented_example_is_a_goal() {
+        let goal = documented(["", ""]).unwrap();
+        assert_eq!((goal.setup.cells.count(), goal.palette.len()), (7, 3));
+        assert_eq!(goal.setup.cells.name(0), "heel 1");
+        assert_eq!(goal.setup.examples[0].forces_n.len(), 5);
+    }
+
+    #[test]
+    fn mistakes_are_answered_with_their_line() {
+        for (changed, message) in [
+            (["layers = 4", "layers = 0"], "found 0 layers"),
+            (["layers = 4", "layrs = 4"], "layrs"),
+            (["\"2.5 mm\"", "\"9 mm\""], "least_layer"),
+            (["\"2.5 mm\"", "\"2.5\""], "without a unit"),
+            (["[6, 12, 18", "[6, 6, 18"], "rising"),
+            (["\"ecoflex-00-50\"", "\"ecoflx-00-50\""], "ecoflex-00-50"),
+            (["\"ecoflex-00-50\"", "\"tubes-fine-wide\""], "synthetic"),
+        ] {
+            let Err(GoalError::Mistake(mistake)) = documented(changed) else {
+                panic!("{changed:?} is no mistake");
+            };
+            assert!(mistake.to_string().contains(message), "{mistake}");
+            assert!(mistake.line > 1, "{mistake}");
+        }
+    }
+}

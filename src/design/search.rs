@@ -379,6 +379,36 @@ impl Tree<'_> {
     }
 }
 
+impl Outcome {
+    /// Simulates the listed layouts again on `bench`, which is more accurate than the one that searched, and ranks them by
+    /// the errors found there: what is reported must not hold the search's haste. An interrupted refinement changes nothing.
+    pub fn refined(mut self, target: &Target, bench: &mut dyn Bench) -> Outcome {
+        let mut layouts: Vec<Layout> = self.best.iter().map(|r| r.layout.clone()).collect();
+        layouts.extend(self.best_uniform.iter().map(|r| r.layout.clone()));
+        let best_rms_mm = self.best.first().map_or(f64::INFINITY, |r| r.misfit.rms_mm);
+        let progress = Progress {
+            phase: "refining",
+            level: [1, 1],
+            batch: layouts.len(),
+            best_rms_mm,
+        };
+        let responses = bench.respond(&layouts, &progress);
+        if responses.iter().any(Option::is_none) {
+            return self;
+        }
+        let rate = |ranked: &mut Ranked, response: &Option<Response>| {
+            if let Some(response) = response.as_ref().filter(|r| r.complete) {
+                ranked.misfit = target.misfit(&response.displacements);
+            }
+        };
+        for (ranked, response) in self.best.iter_mut().chain(&mut self.best_uniform).zip(&responses) {
+            rate(ranked, response);
+        }
+        self.best.sort_by(by_error);
+        self
+    }
+}
+
 /// By error, then by layout, so that equal errors are always in one order.
 fn by_error(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
     a.misfit
@@ -452,20 +482,35 @@ mod tests {
         }
     }
 
+    /// The tree is no proof, so it is asked for most of the hidden layouts and for a good one each time. Order inside each
+    /// half cannot be seen by two sensors: the error can.
     #[test]
-    fn finds_hidden_layouts_with_a_fraction_of_the_simulations() {
-        for hidden in [[0u8, 3, 1, 5, 2], [4, 4, 0, 0, 5], [5, 1, 2, 3, 4]] {
+    fn finds_most_hidden_layouts_with_a_fraction_of_the_simulations() {
+        let mut exact = 0;
+        for number in 0..12usize {
+            // Digits of multiples of a number that shares no factor with 6⁵ spread over all layouts.
+            let hidden: Vec<u8> = (0..5)
+                .map(|cell| ((1 + number) * 2593 / 6usize.pow(cell) % 6) as u8)
+                .collect();
             let mut bench = Springs {
                 simulated: 0,
                 stop_after: usize::MAX,
             };
             let found = search(5, 6, &target(&hidden), &options(), &mut bench).unwrap();
-            // Order inside each half cannot be seen by two sensors: the error can.
-            assert!(found.best[0].misfit.rms_mm < 1e-9, "{found:?}");
+            let (error, single) = (
+                found.best[0].misfit.rms_mm,
+                found.best_uniform.unwrap().misfit.rms_mm,
+            );
+            println!(
+                "{hidden:?}: {error:.4} mm, single material {single:.4} mm, {} simulations",
+                found.simulations
+            );
+            exact += usize::from(error < 1e-9);
+            assert!(error <= 0.25 * single, "{hidden:?}: {error} of {single} mm");
             assert_eq!(found.simulations, bench.simulated);
             assert!(found.simulations * 3 < 6usize.pow(5), "{}", found.simulations);
-            assert!(found.best_uniform.unwrap().misfit.rms_mm > 0.01);
         }
+        assert!(exact >= 8, "{exact} of 12");
     }
 
     #[test]

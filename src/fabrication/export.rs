@@ -9,12 +9,13 @@ use super::manifest::{
     BoundingBox, FORMAT, FORMAT_VERSION, FileRecord, MANIFEST, Manifest, PartRecord, checksum, plain_name,
     read_manifest,
 };
-use super::stl::{single, write_stl};
 use super::threemf::{ThreemfError, ThreemfPart, write_threemf};
 use super::tiling::Part;
 use super::tiling::check::{TilingFault, check_part, enclosed_volume};
+use crate::geometry::files::stl::{single, write_titled_stl};
 use crate::geometry::surface::TriMesh;
 use crate::math::Vec3;
+use crate::units::whole_file::{folder_of, sync_folder};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -112,10 +113,7 @@ pub fn write_export(
         return Err(ExportError::Name(name.into()));
     }
     let meshes = written_meshes(parts)?;
-    let parent = match dir.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let parent = folder_of(dir);
     fs::create_dir_all(parent).map_err(at(parent))?;
     // Removed with everything in it when this function returns, however it does.
     let aside = tempfile::Builder::new()
@@ -228,7 +226,7 @@ fn stage(
             .unwrap_or(base);
         let stl = record(folder, format!("{base}.stl"), |file| {
             let mut out = BufWriter::new(file);
-            write_stl(&mut out, mesh, &format!("{name}, {}", part.material_id))?;
+            write_titled_stl(mesh, &format!("{name}, {}", part.material_id), &mut out)?;
             Ok::<(), ThreemfError>(out.flush()?)
         })?;
         let [r, g, b] = part.colour;
@@ -335,13 +333,6 @@ fn swap(
         done.push((source, target));
     }
     Ok(())
-}
-
-/// Best effort: some file systems know no such thing.
-fn sync_folder(folder: &Path) {
-    if let Ok(folder) = File::open(folder) {
-        let _ = folder.sync_all();
-    }
 }
 
 /// A material id as part of a file's name.

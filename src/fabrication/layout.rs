@@ -3,7 +3,6 @@
 use super::export::ExportPart;
 use super::tiling::{LevelSet, Tiling, TilingError, TilingOptions, tile};
 use crate::design::goal::Goal;
-use crate::geometry::solid::Solid;
 use crate::math::Vec3;
 
 /// Which side of a plane through the object is left out, to look inside.
@@ -39,18 +38,12 @@ pub fn tile_layout(
         goal.setup.cells.cell_at(p).map(|cell| layout[cell] as usize)
     };
     tile(
-        &|p: &Vec3| signed_distance(solid, p),
+        &|p: &Vec3| solid.signed_distance(p),
         solid.bounds(),
         &level_sets,
         &label,
         options,
     )
-}
-
-/// Signed distance from the object's surface, negative inside \[mm\].
-fn signed_distance(solid: &Solid, p: &Vec3) -> f64 {
-    let distance = solid.closest(p).distance;
-    if solid.contains(p) { -distance } else { distance }
 }
 
 /// How finely to tile: by the thinnest layer, checked against the object's own volume.

@@ -10,6 +10,7 @@
 //! volume that lies inside the object.
 
 use crate::geometry::volume::{Elements, KUHN, VolumeMesh};
+use crate::math::polar_lanes::{Lanes, ZERO};
 use crate::math::{Mat3, Vec3};
 
 /// One place where strain and stress live.
@@ -30,6 +31,9 @@ pub struct Block<const N: usize> {
     pub points: Vec<IntegrationPoint<N>>,
     /// How many points an element has.
     pub points_per_element: usize,
+    /// The gradients again, the points of an element side by side: `(elements × N × 3 × 8)`, zero where an element has fewer
+    /// than eight points; empty for elements of one point.
+    pub lanes: Vec<[[Lanes; 3]; N]>,
 }
 
 /// A mesh's elements with their points.
@@ -156,11 +160,27 @@ fn block<const N: usize>(
             });
         }
     }
+    let elements = if points_per_element > 1 { cells.len() } else { 0 };
+    let of = |e: usize| side_by_side(&points[e * points_per_element..][..points_per_element]);
+    let lanes = (0..elements).map(of).collect();
     Ok(Block {
         nodes: cells.to_vec(),
         points,
         points_per_element,
+        lanes,
     })
+}
+
+fn side_by_side<const N: usize>(points: &[IntegrationPoint<N>]) -> [[Lanes; 3]; N] {
+    let mut lanes = [[ZERO; 3]; N];
+    for (l, point) in points.iter().enumerate() {
+        for (a, g) in point.gradients.iter().enumerate() {
+            for c in 0..3 {
+                lanes[a][c][l] = g[c];
+            }
+        }
+    }
+    lanes
 }
 
 fn hexahedron_point(corners: &[Vec3; 8], at: &Vec3) -> IntegrationPoint<8> {

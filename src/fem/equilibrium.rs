@@ -8,15 +8,16 @@
 //! single solve per level was off by 3 % with ten of them. Two iterations take turns:
 //!
 //! - *Anderson* on `u ← u + K₀⁻¹ (t f_ext − f_int(u))` with one factorisation at rest, K₀: an iteration costs a residual
-//!   and a triangular solve, about a tenth of a Newton step;
+//!   and a triangular solve, about a tenth of a Newton step. Where a level takes many iterations, the secant matrix of
+//!   the current state takes the place of K₀ for the rest of the curve;
 //! - *Newton* with the symmetric part of the consistent tangent, the secant matrix where that is indefinite, and a line
 //!   search on ‖K⁻¹ r‖ (Deuflhard's natural monotonicity test), where Anderson stalls.
 //!
 //! If neither arrives, the load increment is halved and the level is tried again from the last equilibrium. A state with
 //! an element turned inside out (det F ≤ 0) is never accepted: there an iteration can converge to a mirror world.
 //!
-//! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 with the
-//! readings above; Walker and Ni 2011; Deuflhard 2004.
+//! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 iterated
+//! to equilibrium; Walker and Ni 2011; Deuflhard 2004.
 
 use super::forces::{Materials, add_internal_forces, smallest_jacobian};
 use super::model::Model;
@@ -25,155 +26,14 @@ use crate::math::Vec3;
 use crate::numerics::anderson::Anderson;
 use crate::numerics::cholesky::{Cholesky, CholeskyError};
 
-/// How to solve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// A state is in equilibrium when the residual force is below this share of the load, and the next step below this
-    /// share of the largest displacement. Default 1e-8.
-    pub tolerance: f64,
-    /// Most Anderson iterations of one level before Newton takes over. Default 40; 0 for Newton alone.
-    pub accelerated_iterations: usize,
-    /// Most Newton iterations of one level. Default 30.
-    pub newton_iterations: usize,
-    /// How often a load increment may be halved. Default 6.
-    pub halvings: usize,
-    /// Least fill of an integration point whose inversion counts: a corner that is mostly outside the object may fold.
-    /// Default 0.25.
-    pub least_fill: f64,
-}
+pub use super::load_curve::{BadOption, Curve, Load, Options, Stop, Work};
 
-impl Default for Options {
-    fn default() -> Options {
-        Options {
-            tolerance: 1e-8,
-            accelerated_iterations: 40,
-            newton_iterations: 30,
-            halvings: 6,
-            least_fill: 0.25,
-        }
-    }
-}
-
-/// An option outside its range.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("solver option {field} is {value}: {expected}")]
-pub struct BadOption {
-    /// Name of the option.
-    pub field: &'static str,
-    /// What it was set to.
-    pub value: f64,
-    /// What it may be.
-    pub expected: &'static str,
-}
-
-impl Options {
-    /// # Errors
-    /// [`BadOption`] names the first field outside its range.
-    pub fn check(&self) -> Result<(), BadOption> {
-        if !(1e-14..=1e-1).contains(&self.tolerance) {
-            let expected = "between 1e-14 and 0.1";
-            return Err(BadOption {
-                field: "tolerance",
-                value: self.tolerance,
-                expected,
-            });
-        }
-        if !(0.0..=1.0).contains(&self.least_fill) {
-            let expected = "between 0 and 1";
-            return Err(BadOption {
-                field: "least_fill",
-                value: self.least_fill,
-                expected,
-            });
-        }
-        if self.newton_iterations == 0 {
-            return Err(BadOption {
-                field: "newton_iterations",
-                value: 0.0,
-                expected: "at least 1",
-            });
-        }
-        Ok(())
-    }
-}
-
-/// A load at factor 1.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Load {
-    /// Force on each node, `(nodes)` \[N\].
-    pub forces: Vec<Vec3>,
-    /// Displacement of each node's constrained components, `(nodes)` \[mm\]; other components are ignored.
-    pub prescribed: Option<Vec<Vec3>>,
-}
-
-/// Why a curve ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stop {
-    /// Every level is in equilibrium.
-    Converged,
-    /// The iterations did not arrive, however small the increment.
-    NotConverged,
-    /// The next state would turn an element inside out.
-    Inverted {
-        /// Number of the element, from 0.
-        element: usize,
-        /// Its first node in the undeformed object \[mm\].
-        place: Vec3,
-    },
-    /// The stiffness at rest has no Cholesky factor: the object is not held, or a material is not stable.
-    Unstable,
-    /// A caller asked to stop.
-    Cancelled,
-}
-
-impl std::fmt::Display for Stop {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Stop::Converged => write!(f, "in equilibrium at every level"),
-            Stop::NotConverged => write!(f, "no equilibrium found beyond this load"),
-            Stop::Inverted { element, place } => write!(
-                f,
-                "element {element} near ({:.1}, {:.1}, {:.1}) mm would turn inside out beyond this load",
-                place.x, place.y, place.z
-            ),
-            Stop::Unstable => write!(
-                f,
-                "the stiffness at rest is not positive definite: is the object held?"
-            ),
-            Stop::Cancelled => write!(f, "stopped on request"),
-        }
-    }
-}
-
-/// Counts of the solver's work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Work {
-    /// Anderson iterations.
-    pub accelerated_iterations: usize,
-    /// Newton iterations.
-    pub newton_iterations: usize,
-    /// Numeric factorisations.
-    pub factorisations: usize,
-    /// Evaluations of the internal forces.
-    pub residuals: usize,
-    /// Load increments that were halved.
-    pub halvings: usize,
-}
-
-/// What a load curve came to.
-#[derive(Clone, Debug)]
-pub struct Curve {
-    /// Displacements at every level that was reached, each `(nodes)` \[mm\].
-    pub levels: Vec<Vec<Vec3>>,
-    /// Why it ended.
-    pub stop: Stop,
-    /// The last load factor in equilibrium; between two levels where increments were halved.
-    pub reached: f64,
-    /// Residual force of the last level, as a share of the load.
-    pub residual: f64,
-    /// What it cost.
-    pub work: Work,
-}
+/// Iterations that Anderson's method remembers.
+const DEPTH: usize = 6;
+/// Iterations after which a factor has become a poor guide.
+const REFRESH: usize = 12;
+/// Iterations without a new best after which Newton takes over.
+const PATIENCE: usize = 8;
 
 /// The solver's memory for one model; one a thread.
 #[derive(Debug)]
@@ -187,6 +47,9 @@ pub struct Solver<'a> {
     residual: Vec<f64>,
     step: Vec<f64>,
     unknowns: Vec<f64>,
+    memory: Anderson,
+    /// Does the accelerated iteration go on with the factor of a later state?
+    is_refreshed: bool,
     work: Work,
 }
 
@@ -218,6 +81,8 @@ impl<'a> Solver<'a> {
             residual: vec![0.0; n],
             step: vec![0.0; n],
             unknowns: vec![0.0; n],
+            memory: Anderson::new(DEPTH),
+            is_refreshed: false,
             work: Work::default(),
         })
     }
@@ -246,6 +111,8 @@ impl<'a> Solver<'a> {
             factorisations: 1,
             ..Work::default()
         };
+        // A factor of an earlier curve would make the answer depend on what was solved before.
+        self.is_refreshed = false;
         let mut path = Path::at_rest(self.model.mesh.nodes.len());
         let mut curve = Curve {
             levels: Vec::new(),
@@ -448,6 +315,8 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Anderson's iteration. It starts from the factor at rest; where that has become a poor guide, the secant matrix of the
+    /// current state takes its place for the rest of the curve.
     fn accelerated(
         &mut self,
         u: &mut [Vec3],
@@ -455,13 +324,13 @@ impl<'a> Solver<'a> {
         options: &Options,
         cancelled: &dyn Fn() -> bool,
     ) -> Option<f64> {
-        let mut memory = Anderson::new(6);
-        let (mut best, mut best_at) = (f64::INFINITY, 0);
+        let (mut best, mut best_at, mut since_factor) = (f64::INFINITY, 0, 0);
+        self.memory.restart();
         self.model.gather(u, &mut self.unknowns);
         for iteration in 0..options.accelerated_iterations {
             let found = self.imbalance(u, materials);
             self.step.copy_from_slice(&self.residual);
-            self.rest.solve(&mut self.step);
+            self.precondition();
             let size = largest(&self.step);
             if !size.is_finite() || cancelled() {
                 return None;
@@ -469,17 +338,40 @@ impl<'a> Solver<'a> {
             if is_settled(&found, size, u, options) {
                 return Some(relative(&found));
             }
-            // Eight iterations without a new best: Newton does better.
             if size < best {
                 (best, best_at) = (size, iteration);
-            } else if iteration > best_at + 8 {
+            } else if iteration > best_at + PATIENCE {
                 return None;
             }
+            since_factor += 1;
+            if since_factor > REFRESH && self.refresh(u, materials) {
+                since_factor = 0;
+                (best, best_at) = (f64::INFINITY, iteration);
+                continue;
+            }
             self.work.accelerated_iterations += 1;
-            memory.advance(&mut self.unknowns, &self.step);
+            self.memory.advance(&mut self.unknowns, &self.step);
             self.model.spread(&self.unknowns, u);
         }
         None
+    }
+
+    /// `self.step` seen through the factor in use.
+    fn precondition(&mut self) {
+        match &mut self.newton {
+            Some(factor) if self.is_refreshed => factor.solve(&mut self.step),
+            _ => self.rest.solve(&mut self.step),
+        }
+    }
+
+    /// Factorises the secant matrix at `u` for the iterations to come.
+    fn refresh(&mut self, u: &[Vec3], materials: &Materials) -> bool {
+        if self.newton.is_none() {
+            self.newton = Cholesky::new(self.model.symbolic().clone()).ok();
+        }
+        self.is_refreshed = self.factorise_at(u, materials, Kind::Secant);
+        self.memory.restart();
+        self.is_refreshed
     }
 
     fn newton(
@@ -492,6 +384,9 @@ impl<'a> Solver<'a> {
         if self.newton.is_none() {
             self.newton = Cholesky::new(self.model.symbolic().clone()).ok();
         }
+        // Newton's factors take the place of a refreshed one.
+        self.is_refreshed = false;
+        self.memory.restart();
         let mut found = self.imbalance(u, materials);
         for _ in 0..options.newton_iterations {
             if !found.residual_norm.is_finite() || cancelled() {

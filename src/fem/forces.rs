@@ -23,6 +23,7 @@ use super::elements::{Block, Discretisation, IntegrationPoint};
 use crate::material::law::Law;
 use crate::math::mandel::{self, Mandel};
 use crate::math::polar::polar;
+use crate::math::polar_lanes::{Lanes, Matrices, ZERO, extract, rotations};
 use crate::math::{Mat3, Vec3};
 
 /// More points than any element has.
@@ -65,7 +66,14 @@ impl Kinematics {
 /// Adds the internal forces at the displacements `u`, `(nodes)` \[mm\], to `forces`, `(nodes)` \[N\].
 pub fn add_internal_forces(parts: &Discretisation, u: &[Vec3], materials: &Materials, forces: &mut [Vec3]) {
     match parts {
-        Discretisation::Eight(block) => add_block(block, u, materials, forces),
+        Discretisation::Eight(block) => {
+            pulp::Arch::new().dispatch(InLanes {
+                block,
+                u,
+                materials,
+                forces,
+            });
+        }
         Discretisation::Four(block) => add_block(block, u, materials, forces),
     }
 }
@@ -115,6 +123,154 @@ pub(super) fn kinematics<const N: usize>(
     volume
 }
 
+/// A call of [`add_block_in_lanes`], which is compiled for each generation of vector instructions and chosen when the
+/// program runs. A struct, because a closure is not inlined into the place that may use those instructions.
+struct InLanes<'a> {
+    block: &'a Block<8>,
+    u: &'a [Vec3],
+    materials: &'a Materials<'a>,
+    forces: &'a mut [Vec3],
+}
+
+impl pulp::NullaryFnOnce for InLanes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        add_block_in_lanes(self.block, self.u, self.materials, self.forces);
+    }
+}
+
+/// [`add_block`] with the points of an element side by side.
+#[inline(always)]
+fn add_block_in_lanes(block: &Block<8>, u: &[Vec3], materials: &Materials, forces: &mut [Vec3]) {
+    let n = block.points_per_element;
+    let mut strain = [Mandel::zeros(); MOST_POINTS];
+    let mut stress = [Mandel::zeros(); MOST_POINTS];
+    for (e, nodes) in block.nodes.iter().enumerate() {
+        let points = &block.points[e * n..(e + 1) * n];
+        let gradients = &block.lanes[e];
+        let f = deformation_gradients(gradients, &nodes.map(|i| u[i as usize]));
+        let r = rotations(&f);
+        let stretch = stretches(&r, &f);
+        let (mut volume, mut trace) = (0.0, 0.0);
+        for (i, point) in points.iter().enumerate() {
+            let s = |a: usize, b: usize| stretch[a][b][i];
+            let root = std::f64::consts::SQRT_2;
+            strain[i] = Mandel::new(
+                s(0, 0) - 1.0,
+                s(1, 1) - 1.0,
+                s(2, 2) - 1.0,
+                root * s(1, 2),
+                root * s(0, 2),
+                root * s(0, 1),
+            );
+            volume += point.weight;
+            trace += point.weight * mandel::trace(&strain[i]);
+        }
+        if volume <= 0.0 {
+            continue;
+        }
+        let mut pressure = 0.0;
+        for (i, point) in points.iter().enumerate() {
+            let shift = (trace / volume - mandel::trace(&strain[i])) / 3.0;
+            (0..3).for_each(|c| strain[i][c] += shift);
+            stress[i] = materials.at(e * n + i).stress(&strain[i]);
+            pressure += point.weight * mandel::trace(&stress[i]) / 3.0;
+        }
+        pressure /= volume;
+        let mut bracket = [[ZERO; 3]; 3];
+        for (i, point) in points.iter().enumerate() {
+            let law = materials.at(e * n + i);
+            let t = unrotated_stress(&extract(&stretch, i), &stress[i], pressure, law) * point.weight;
+            for a in 0..3 {
+                for b in 0..3 {
+                    bracket[a][b][i] = t[(a, b)];
+                }
+            }
+        }
+        let sum = nodal_forces(gradients, &product(&r, &bracket));
+        for (&i, f) in nodes.iter().zip(&sum) {
+            forces[i as usize] += f;
+        }
+    }
+}
+
+#[inline(always)]
+fn deformation_gradients(gradients: &[[Lanes; 3]; 8], u: &[Vec3; 8]) -> Matrices {
+    let mut f = [[ZERO; 3]; 3];
+    for (i, row) in f.iter_mut().enumerate() {
+        row[i] = [1.0; 8];
+        for (g, u) in gradients.iter().zip(u) {
+            for (entry, g) in row.iter_mut().zip(g) {
+                for l in 0..8 {
+                    entry[l] += u[i] * g[l];
+                }
+            }
+        }
+    }
+    f
+}
+
+/// The symmetric part of RᵀF.
+#[inline(always)]
+fn stretches(r: &Matrices, f: &Matrices) -> Matrices {
+    let mut full = [[ZERO; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            for k in 0..3 {
+                for l in 0..8 {
+                    full[i][j][l] += r[k][i][l] * f[k][j][l];
+                }
+            }
+        }
+    }
+    let mut stretch = full;
+    for i in 0..3 {
+        for j in 0..3 {
+            for l in 0..8 {
+                stretch[i][j][l] = 0.5 * (full[i][j][l] + full[j][i][l]);
+            }
+        }
+    }
+    stretch
+}
+
+#[inline(always)]
+fn product(a: &Matrices, b: &Matrices) -> Matrices {
+    let mut c = [[ZERO; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            for k in 0..3 {
+                for l in 0..8 {
+                    c[i][j][l] += a[i][k][l] * b[k][j][l];
+                }
+            }
+        }
+    }
+    c
+}
+
+/// Σ over the points of P ∇N, for each node.
+#[inline(always)]
+fn nodal_forces(gradients: &[[Lanes; 3]; 8], piola: &Matrices) -> [Vec3; 8] {
+    let mut forces = [Vec3::zeros(); 8];
+    for (force, g) in forces.iter_mut().zip(gradients) {
+        for (i, row) in piola.iter().enumerate() {
+            let mut lanes = ZERO;
+            for (p, g) in row.iter().zip(g) {
+                for l in 0..8 {
+                    lanes[l] += p[l] * g[l];
+                }
+            }
+            // Pairwise, the same order on every machine.
+            let [a, b, c, d, e, f, g, h] = lanes;
+            force[i] = ((a + b) + (c + d)) + ((e + f) + (g + h));
+        }
+    }
+    forces
+}
+
 fn add_block<const N: usize>(block: &Block<N>, u: &[Vec3], materials: &Materials, forces: &mut [Vec3]) {
     let n = block.points_per_element;
     let mut state = [Kinematics::NONE; MOST_POINTS];
@@ -149,15 +305,21 @@ fn add_block<const N: usize>(block: &Block<N>, u: &[Vec3], materials: &Materials
 /// P = R (dev T + p̄ I + \[v\]×).
 #[inline]
 pub(super) fn piola_stress(k: &Kinematics, stress: &Mandel, pressure: f64, law: &Law) -> Mat3 {
+    k.rotation * unrotated_stress(&k.stretch, stress, pressure, law)
+}
+
+/// dev T + p̄ I + \[v\]×.
+#[inline]
+fn unrotated_stress(stretch: &Mat3, stress: &Mandel, pressure: f64, law: &Law) -> Mat3 {
     let shift = pressure - mandel::trace(stress) / 3.0;
     let mut t = mandel::to_tensor(stress);
     for i in 0..3 {
         t[(i, i)] += shift;
     }
     if matches!(law, Law::TransverselyIsotropic(_)) {
-        t += rotation_stress(&k.stretch, &t);
+        t += rotation_stress(stretch, &t);
     }
-    k.rotation * t
+    t
 }
 
 /// The skew tensor `[v]×` with `(tr(U) I − U) v = axial(U T)`.

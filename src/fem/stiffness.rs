@@ -15,6 +15,8 @@
 
 use super::elements::{Block, IntegrationPoint};
 use super::forces::{self, Kinematics, MOST_POINTS, Materials};
+use crate::material::isotropic::invariants;
+use crate::material::law::Law;
 use crate::math::mandel::{self, Mandel};
 use crate::math::{Mat3, Vec3};
 
@@ -118,8 +120,15 @@ fn secant<const N: usize>(
 ) {
     let mean = mean_trace_gradient(points, &scratch.state, volume);
     let size = 3 * N;
+    let mut bulk_by_volume = 0.0;
     for (q, point) in points.iter().enumerate() {
         let k = &scratch.state[q];
+        if let Law::Isotropic(law) = materials.at(first + q) {
+            let [shear, bulk] = law.moduli(&invariants(&k.strain));
+            add_shear(point, &k.rotation, shear * point.weight, out);
+            bulk_by_volume += bulk * point.weight;
+            continue;
+        }
         let (_, moduli) = materials.at(first + q).stress_and_secant(&k.strain);
         let columns = &mut scratch.columns;
         columns.clear();
@@ -134,7 +143,32 @@ fn secant<const N: usize>(
             }
         }
     }
+    for a in 0..size {
+        for b in 0..=a {
+            out[a * size + b] += bulk_by_volume * mean[a / 3][a % 3] * mean[b / 3][b % 3];
+        }
+    }
     mirror(out, size);
+}
+
+/// Adds 2μ w dev sym(RᵀδF) : dev sym(RᵀδF), which for an isotropic law is all but the bulk part:
+/// `K_ab = μ w ((∇N_a·∇N_b) I + r_b r_aᵀ − ⅔ r_a r_bᵀ)` with r = R ∇N.
+fn add_shear<const N: usize>(point: &IntegrationPoint<N>, rotation: &Mat3, factor: f64, out: &mut [f64]) {
+    let size = 3 * N;
+    let turned = point.gradients.map(|g| rotation * g);
+    for a in 0..N {
+        for b in 0..=a {
+            let (ra, rb) = (turned[a] * factor, &turned[b]);
+            let both = ra.dot(rb);
+            for i in 0..3 {
+                let row = &mut out[(3 * a + i) * size + 3 * b..][..3];
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += rb[i] * ra[j] - 2.0 / 3.0 * ra[i] * rb[j];
+                }
+                row[i] += both;
+            }
+        }
+    }
 }
 
 fn tangent<const N: usize>(

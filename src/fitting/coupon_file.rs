@@ -1,6 +1,6 @@
 //! The coupon file: which tests make a material, where their curves lie, and what is assumed.
 //!
-//! `docs/formats-materials.md` holds a commented example. Reading checks every number; the curves themselves are read
+//! `docs/formats.md` holds a commented example. Reading checks every number; the curves themselves are read
 //! by [`super::curve`].
 
 use crate::material::check::{is_colour, is_id};
@@ -349,6 +349,19 @@ impl Test {
                 "two rising strains inside the range",
             );
         }
+        if self.lateral.is_some() && self.kind == TestKind::SimpleShear {
+            return wrong(
+                "lateral",
+                "in shear".into(),
+                "lateral widths in uniaxial tests alone",
+            );
+        }
+        self.validate_units()
+    }
+
+    /// Units fit what is measured, and the sizes that turn lengths and forces into strain and stress are there.
+    fn validate_units(&self) -> Result<(), Wrong> {
+        let wrong = |field, value: String, expected: &str| Err((field, value, expected.to_string()));
         for (field, size) in [("height_mm", self.height_mm), ("area_mm2", self.area_mm2)] {
             if let Some(value) = size
                 && !(value > 0.0 && value < 1e6)
@@ -387,13 +400,6 @@ impl Test {
                 );
             }
             other => return wrong("load.unit", format!("{other:?}"), "N, kN, Pa, kPa or MPa"),
-        }
-        if self.lateral.is_some() && self.kind == TestKind::SimpleShear {
-            return wrong(
-                "lateral",
-                "in shear".into(),
-                "lateral widths in uniaxial tests alone",
-            );
         }
         Ok(())
     }

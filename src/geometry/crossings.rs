@@ -71,3 +71,28 @@ fn crossing(corners: &[Vec3; 3], axis: Axis, a: f64, b: f64, slack: f64) -> Opti
     }
     Some((0..3).map(|k| weights[k] * corners[k][axis.index()]).sum::<f64>() / sum)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::block;
+
+    #[test]
+    fn no_line_slips_between_two_triangles() {
+        // Faces of 1 mm squares with diagonals: every quarter point lies in a face, on an edge, a diagonal or a vertex.
+        let mesh = block(Vec3::new(4.0, 4.0, 4.0), 1.0).unwrap();
+        let corners: Vec<_> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
+        let tree = TriangleTree::new(&corners);
+        for axis in Axis::ALL {
+            for n in 0..17 * 17 {
+                let (a, b) = (f64::from(n % 17) / 4.0, f64::from(n / 17) / 4.0);
+                for (da, db) in [(0.0, 0.0), (5e-10, 0.0), (-5e-10, -5e-10)] {
+                    let found = tree.crossings(axis, a + da, b + db, 1e-9);
+                    let near = |place: f64| found.iter().any(|x| (x - place).abs() < 1e-12);
+                    assert!(near(0.0) && near(4.0), "{axis} {a} {b}: {found:?}");
+                }
+            }
+        }
+        assert!(tree.crossings(Axis::X, 4.1, 2.0, 1e-9).is_empty());
+    }
+}

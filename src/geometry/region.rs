@@ -38,8 +38,7 @@ impl Region {
     }
 
     /// The signed distance of `point` \[mm\] from the region's boundary, negative inside. It is exact, but for solids with
-    /// holes, where the sign changes at the level set that closes the hole, and the distance is that of the surface
-    /// around it.
+    /// holes ([`Solid::signed_distance`]).
     pub fn level(&self, point: &Vec3) -> f64 {
         match self {
             Region::Box { min, max } => {
@@ -57,14 +56,7 @@ impl Region {
                 let sideways = (point[i] - centre[0]).hypot(point[j] - centre[1]) - radius;
                 outside_and_inside(&[sideways, (range[0] - along).max(along - range[1])])
             }
-            Region::Mesh(solid) => {
-                let distance = solid.closest(point).distance;
-                if solid.contains(point) {
-                    -distance
-                } else {
-                    distance
-                }
-            }
+            Region::Mesh(solid) => solid.signed_distance(point),
             Region::Everything => DEEP,
         }
     }

@@ -142,6 +142,13 @@ impl Solid {
         boxed && self.winding_number(point) > 0.5
     }
 
+    /// The distance of `point` from the surface, negative inside \[mm\]. Where the surface has a hole the sign changes at
+    /// the level set that closes it, and the distance is that of the surface around it.
+    pub fn signed_distance(&self, point: &Vec3) -> f64 {
+        let distance = self.closest(point).distance;
+        if self.contains(point) { -distance } else { distance }
+    }
+
     /// The closest point of the surface to `point` \[mm\].
     pub fn closest(&self, point: &Vec3) -> Closest {
         // A solid has triangles, so the tree has an answer for every point, at worst the first corner for NaN.

@@ -36,7 +36,7 @@ impl Node {
     }
 }
 
-/// The hierarchy. Triangles lie in the order of the leaves; [`TriangleTree::original`] leads back to the mesh.
+/// The hierarchy. Triangles lie in the order of the leaves; answers carry their number in the mesh.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleTree {
     pub(super) nodes: Vec<Node>,

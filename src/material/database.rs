@@ -2,6 +2,7 @@
 
 use super::check::{Finding, check};
 use super::record::{MaterialRecord, RecordError, Unknown, field_error};
+use crate::units::whole_file::replace_file;
 use std::path::{Path, PathBuf};
 
 /// A record and the file that it came from.
@@ -193,44 +194,14 @@ fn read_entry(file: &Path) -> Result<Entry, RecordError> {
 /// # Errors
 /// If the folder can't be made or the file can't be written.
 pub fn write_record(record: &MaterialRecord, folder: &Path) -> Result<PathBuf, DatabaseError> {
-    use std::io::Write;
     let file = folder.join(format!("{}.toml", record.id));
     let failed = |message: String| DatabaseError::Write {
         file: file.clone(),
         message,
     };
     let text = record.to_toml().map_err(|e| failed(e.to_string()))?;
-    std::fs::create_dir_all(folder).map_err(|e| failed(e.to_string()))?;
-    let mut aside = tempfile::Builder::new()
-        .prefix(".record-")
-        .permissions_like_a_new_file()
-        .tempfile_in(folder)
-        .map_err(|e| failed(e.to_string()))?;
-    aside
-        .write_all(text.as_bytes())
-        .map_err(|e| failed(e.to_string()))?;
-    aside.as_file().sync_all().map_err(|e| failed(e.to_string()))?;
-    aside.persist(&file).map_err(|e| failed(e.to_string()))?;
+    replace_file(&file, text.as_bytes()).map_err(|e| failed(e.to_string()))?;
     Ok(file)
-}
-
-/// A builder's permissions set to those of an ordinary new file; a temporary file is its owner's alone otherwise.
-trait OrdinaryPermissions {
-    fn permissions_like_a_new_file(&mut self) -> &mut Self;
-}
-
-impl OrdinaryPermissions for tempfile::Builder<'_, '_> {
-    #[cfg(unix)]
-    fn permissions_like_a_new_file(&mut self) -> &mut Self {
-        use std::os::unix::fs::PermissionsExt;
-        // The process's mask still applies.
-        self.permissions(std::fs::Permissions::from_mode(0o666))
-    }
-
-    #[cfg(not(unix))]
-    fn permissions_like_a_new_file(&mut self) -> &mut Self {
-        self
-    }
 }
 
 /// Levenshtein's distance in bytes.

@@ -142,7 +142,7 @@ fn one_modulus_at_all_centres_is_hookes_law() {
     let constant = IsotropicRbf::interpolating(&law.log_moduli().centres, &moduli, Range::UNBOUNDED).unwrap();
     let hooke = Law::linear_isotropic(
         crate::material::isotropic::young(0.37, 2.1),
-        super::super::isotropic::poisson(0.37, 2.1),
+        crate::material::isotropic::poisson(0.37, 2.1),
     )
     .unwrap();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);

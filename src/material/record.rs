@@ -2,7 +2,7 @@
 //!
 //! A record holds everything that is needed to use a material years later without its measurements: the law, the range
 //! of strain it was fitted in, density, colour, what was measured and where that came from, how well the law answers
-//! the measurement, what had to be assumed. `docs/formats-materials.md` describes the file.
+//! the measurement, what had to be assumed. `docs/formats.md` describes the file.
 
 use super::isotropic::IsotropicRbf;
 use super::law::{Law, LawError, Range};
@@ -352,7 +352,7 @@ impl MaterialRecord {
         };
         let body = toml::to_string(self)?;
         Ok(format!(
-            "# A material of pliant; docs/formats-materials.md describes the fields.\n\
+            "# A material of pliant; docs/formats.md describes the fields.\n\
              # invariants: {invariants}\n# moduli_mpa: {moduli}\n{body}"
         ))
     }

@@ -1,9 +1,11 @@
 //! Small dense algebra that every floor above shares: three-dimensional vectors and matrices.
 //!
-//! Rooms: [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch), [`rbf`] (radial basis functions).
+//! Rooms: [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch) and
+//! [`polar_lanes`] (eight at once), [`rbf`] (radial basis functions).
 
 pub mod mandel;
 pub mod polar;
+pub mod polar_lanes;
 pub mod rbf;
 
 /// A point, displacement or force in space, `(3)`.

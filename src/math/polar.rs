@@ -44,7 +44,7 @@ pub fn rotation(f: &Mat3) -> Mat3 {
     if !norm.is_finite() {
         return Mat3::from_element(f64::NAN);
     }
-    if f.determinant() <= NEARLY_SINGULAR * norm.powi(3) {
+    if !is_regular(f.determinant(), norm) {
         return rotation_by_svd(f);
     }
     let mut r = *f;
@@ -60,6 +60,12 @@ pub fn rotation(f: &Mat3) -> Mat3 {
         }
     }
     r
+}
+
+/// Is a matrix far enough from inversion for Newton's iteration?
+#[inline]
+pub(super) fn is_regular(determinant: f64, norm: f64) -> bool {
+    determinant > NEARLY_SINGULAR * norm * norm * norm
 }
 
 /// The matrix of cofactors, det(a) a⁻ᵀ.

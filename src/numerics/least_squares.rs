@@ -198,14 +198,7 @@ pub fn minimise(
             stop = Stop::Gradient;
             break;
         }
-        for j in 0..n {
-            scale[j] = scale[j].max(normal[(j, j)]).max(1e-300);
-            if !free[j] {
-                normal.row_mut(j).fill(0.0);
-                normal.column_mut(j).fill(0.0);
-                normal[(j, j)] = 1.0;
-            }
-        }
+        rescale(&mut scale, &mut normal, &free);
         loop {
             iterations += 1;
             let attempt = step(&normal, &gradient, &scale, &free, damping)
@@ -245,6 +238,18 @@ pub fn minimise(
         evaluations,
         stop,
     })
+}
+
+/// The largest curvature that each parameter has shown goes into `scale`; a parameter held at its bound leaves `normal`.
+fn rescale(scale: &mut DVector<f64>, normal: &mut DMatrix<f64>, free: &[bool]) {
+    for j in 0..free.len() {
+        scale[j] = scale[j].max(normal[(j, j)]).max(1e-300);
+        if !free[j] {
+            normal.row_mut(j).fill(0.0);
+            normal.column_mut(j).fill(0.0);
+            normal[(j, j)] = 1.0;
+        }
+    }
 }
 
 /// What came of one step.

@@ -31,6 +31,32 @@ pub struct BarPlot {
 const WIDTH: f64 = super::plot::WIDTH;
 const ROW: f64 = 26.0;
 
+impl Bar {
+    /// Draws the bar in a row whose upper edge is at `y`, its name to the left and its value to the right.
+    fn draw(&self, drawing: &mut Drawing, axis: &super::plot::Axis, y: f64) {
+        let name = svg::fitted(&self.name, 12.5, axis.pixels[0] - 20.0);
+        drawing.text(
+            [axis.pixels[0] - 8.0, y + 17.5],
+            &name,
+            Type::of(12.5).anchored(Anchor::End),
+            false,
+        );
+        let value = if drawable(self.value) { self.value } else { 0.0 };
+        let (from, to) = (axis.at(value.min(0.0)), axis.at(value.max(0.0)));
+        drawing.rectangle(
+            [from, y + 5.0],
+            [to - from, ROW - 10.0],
+            0.0,
+            self.colour.on_white(),
+        );
+        let label = Type {
+            rim: true,
+            ..Type::of(12.0)
+        };
+        drawing.text([to + 6.0, y + 17.5], &significant(self.value, 3), label, false);
+    }
+}
+
 impl BarPlot {
     /// A plot without bars.
     pub fn new(title: impl Into<String>, value_label: impl Into<String>) -> Self {
@@ -92,27 +118,7 @@ impl BarPlot {
             drawing.text([x, bottom + 18.0], &ticks.label(*tick), small, false);
         }
         for (index, bar) in self.bars.iter().enumerate() {
-            let y = top + ROW * index as f64;
-            let name = svg::fitted(&bar.name, 12.5, left - 20.0);
-            drawing.text(
-                [left - 8.0, y + 17.5],
-                &name,
-                Type::of(12.5).anchored(Anchor::End),
-                false,
-            );
-            let value = if drawable(bar.value) { bar.value } else { 0.0 };
-            let (from, to) = (axis.at(value.min(0.0)), axis.at(value.max(0.0)));
-            drawing.rectangle(
-                [from, y + 5.0],
-                [to - from, ROW - 10.0],
-                0.0,
-                bar.colour.on_white(),
-            );
-            let label = Type {
-                rim: true,
-                ..Type::of(12.0)
-            };
-            drawing.text([to + 6.0, y + 17.5], &significant(bar.value, 3), label, false);
+            bar.draw(&mut drawing, &axis, top + ROW * index as f64);
         }
         drawing.line(
             &[[axis.at(0.0), top], [axis.at(0.0), bottom]],

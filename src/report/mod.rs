@@ -5,8 +5,8 @@
 //! Rooms: [`colour`] (palettes that survive colour blindness), [`ticks`] (round numbers on axes), [`svg`] (the drawing
 //! that plots and pictures end in), [`plot`] and [`bars`] (curves and errors), [`raster`] (triangles to pixels without
 //! a graphics card), [`shading`] (their normals, light and outlines), [`picture`] (an object cut open, a quantity on a
-//! surface), [`legend`] (what its colours mean), [`layouts`] (the rows that page and terminal share), [`page`] and `style` (the HTML page), [`table`]
-//! (the terminal), [`replicate`] (the page of a search).
+//! surface), [`legend`] (what its colours mean), [`layouts`] (the rows that page and terminal share), [`page`] and
+//! `style` (the HTML page), [`table`] (the terminal), [`replicate`] (the page of a search).
 
 pub mod bars;
 pub mod colour;

@@ -31,6 +31,8 @@ impl Fact {
 /// A drawing and what it shows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
+    /// Its name, as a file may bear it.
+    pub name: String,
     /// The drawing.
     pub drawing: Svg,
     /// What it shows, in a sentence; may be empty.
@@ -38,9 +40,10 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A drawing with its caption.
-    pub fn new(drawing: Svg, caption: impl Into<String>) -> Self {
+    /// A drawing with its name and caption.
+    pub fn new(name: impl Into<String>, drawing: Svg, caption: impl Into<String>) -> Self {
         Self {
+            name: name.into(),
             drawing,
             caption: caption.into(),
         }

@@ -280,7 +280,7 @@ impl Replica<'_> {
                 "At the point ({:.0}, {:.0}, {:.0}) mm; dotted: the object made of one base material alone. Target: {}.",
                 place.x, place.y, place.z, example.origin
             );
-            figures.push(Figure::new(plot.svg(), caption));
+            figures.push(Figure::new(&example.name, plot.svg(), caption));
         }
         figures
     }
@@ -324,6 +324,7 @@ impl Replica<'_> {
         );
         let picture = CutOpen::new(format!("{} cut open", self.goal.name), parts).picture(&camera)?;
         Ok(Figure::new(
+            "cut",
             picture.svg(),
             "The best layout, cut open through the first contact.",
         ))
@@ -363,7 +364,7 @@ impl Replica<'_> {
             .marked(markers)
             .picture(&Camera::three_quarter())?;
         let caption = "Displacement error at the largest forces, the worst of the examples, interpolated between the measured points; grey: too far from any of them.";
-        Ok(Figure::new(picture.svg(), caption))
+        Ok(Figure::new("error", picture.svg(), caption))
     }
 }
 

@@ -126,7 +126,11 @@ fn reference_library_and_trimesh_open_a_sole() {
 
 #[test]
 fn threemf_crate_reads_the_meshes_back() {
-    let parts = small(0.0);
+    let mut parts = small(0.0);
+    parts
+        .iter_mut()
+        .flat_map(|p| &mut p.mesh.vertices)
+        .for_each(|v| v.x += 0.1);
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("block");
     let manifest = write_export(&dir, "block", &parts, &ExportMeta::default()).expect("written");
@@ -152,8 +156,9 @@ fn threemf_crate_reads_the_meshes_back() {
             .iter()
             .all(|p| (p.volume_mm3 - 3000.0).abs() < 1e-2)
     );
-    assert_eq!(manifest.bounding_box_mm.min, [-15.0, -10.0, -5.0]);
-    assert_eq!(manifest.bounding_box_mm.max, [15.0, 10.0, 5.0]);
+    // As written: 15.1 in single precision is 15.1000003815.
+    assert_eq!(manifest.bounding_box_mm.min, [f64::from(-14.9_f32), -10.0, -5.0]);
+    assert_eq!(manifest.bounding_box_mm.max, [f64::from(15.1_f32), 10.0, 5.0]);
 }
 
 #[test]

@@ -74,8 +74,8 @@ fn layered_block_is_exact() {
         .collect();
     let levels: Vec<LevelSet> = planes.iter().map(|p| p as LevelSet).collect();
     let label = |x: &Vec3| Some(((x.z + 12.5) / 5.0) as usize % 2);
-    // 1.7 mm does not divide 5 mm: the layers' borders fall between lattice planes.
-    let tiling = tile(&f, around(half), &levels, &label, &spacing(1.7)).expect("tiles");
+    // 25 mm become 14 boxes of 1.79 mm: the layers' borders fall between lattice planes.
+    let tiling = tile(&f, around(half), &levels, &label, &spacing(1.9)).expect("tiles");
     let contacts = checked(&tiling);
     // Layers 0, 2, 4 and layers 1, 3, each 50 × 40 × 5 mm.
     assert!(
@@ -134,6 +134,31 @@ fn ball_with_curved_cells() {
     each_point_in_one_part(&tiling, &f, around(Vec3::repeat(1.2 * r)), 0.25);
 }
 
+/// A small ball inside a block, on a lattice nearly as coarse as the ball: centroids of many pieces lie on the other
+/// side of the true sphere than the piece does, and the border must follow the pieces.
+#[test]
+fn border_of_a_coarsely_cut_cell_is_smooth() {
+    let half = Vec3::repeat(6.0);
+    let f = block(half);
+    let core = ball(3.0);
+    let label = |x: &Vec3| Some(usize::from(core(x) > 0.0));
+    for h in [1.1, 1.5, 1.9, 2.3] {
+        let tiling = tile(&f, around(half), &[&core], &label, &spacing(h)).expect("tiles");
+        checked(&tiling);
+        let off = tiling.parts[0]
+            .mesh
+            .vertices
+            .iter()
+            .map(|x| core(x).abs())
+            .fold(0.0, f64::max);
+        // A thousandth of the spacing is what a vertex that may not move is allowed.
+        assert!(
+            off <= 1.1e-3 * h,
+            "{off} mm off the sphere at a spacing of {h} mm"
+        );
+    }
+}
+
 /// Quarters of a block in two materials, crosswise: each touches itself along the middle line only.
 #[test]
 fn crosswise_quarters_are_split_along_their_common_edge() {
@@ -181,6 +206,27 @@ fn random_cubes_are_manifold() {
     }
 }
 
+/// A material by chance for every tetrahedron: pieces touch in every way there is, also along edges whose two fans
+/// meet again at both ends.
+#[test]
+fn random_tetrahedra_are_manifold() {
+    let half = Vec3::repeat(2.0);
+    let f = block(half);
+    for seed in 0..20_u64 {
+        let label = |x: &Vec3| {
+            let place = x.iter().fold(seed, |h, c| {
+                (h ^ (c * 1e6).round() as i64 as u64)
+                    .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+                    .rotate_left(29)
+            });
+            Some((place % 2) as usize)
+        };
+        let tiling = tile(&f, around(half), &[], &label, &spacing(0.8)).expect("tiles");
+        checked(&tiling);
+        assert!((tiling.volume_mm3 - 64.0).abs() < 1e-6);
+    }
+}
+
 /// A block that lies across the lattice loses a little at its rims, and no more than is allowed at default spacing.
 #[test]
 fn turned_block_keeps_its_volume() {
@@ -214,6 +260,15 @@ fn turned_block_keeps_its_volume() {
         tiling.parts[1].volume_mm3
     );
     each_point_in_one_part(&tiling, &f, around(extent), 0.7);
+
+    // The loss goes with the spacing's square: a tolerance below it makes the default finer.
+    let strict = TilingOptions {
+        volume_tolerance: Some(0.001),
+        ..options.clone()
+    };
+    let finer = tile(&f, around(extent), &[], &|_| Some(0), &strict).expect("finer");
+    assert!(finer.spacing_mm.max() < 0.8 * tiling.spacing_mm.max());
+    assert!((finer.volume_mm3 / 50_000.0 - 1.0).abs() <= 0.001);
 
     let coarse = TilingOptions {
         spacing_mm: Some(6.0),

@@ -5,3 +5,4 @@ mod files;
 mod scans;
 mod shapes;
 mod solids;
+mod threemf;

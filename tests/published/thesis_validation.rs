@@ -18,15 +18,15 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 const MATERIALS: [&str; 9] = [
-    "ecoflex-00-30",
-    "ecoflex-00-50-thinner-12-5",
-    "dragon-skin-10",
     "ecoflex-00-50",
+    "dragon-skin-10",
     "platsil-gel-10",
     "sole-toe-foam",
     "leap-foam",
-    "body-double-silk",
+    "mold-star-16",
+    "dragon-skin-20",
     "dragon-skin-30",
+    "sortaclear-40",
 ];
 
 /// The block of the thesis, 50 × 40 × 25 mm, pressed on a disc by five forces; the displacements are filled in later.
@@ -53,7 +53,7 @@ name = "Block"
 [object]
 mesh = "block.stl"
 unit = "mm"
-element_size = "5 mm"
+element_size = "6.25 mm"
 [[fixed]]
 face = "bottom"
 [[region]]

@@ -110,19 +110,25 @@ fn page() -> ReplicatePage {
             layout(None, "best single material", [1; 6], 0.83),
         ],
         pictures: vec![
-            Figure::new(cut.svg(), "The layers of the best layout, cut along the middle."),
             Figure::new(
+                "cut",
+                cut.svg(),
+                "The layers of the best layout, cut along the middle.",
+            ),
+            Figure::new(
+                "error",
                 map.picture(&camera).unwrap().svg(),
                 "Displacement error under the heel's load.",
             ),
         ],
         plots: vec![
             Figure::new(
+                "Heel",
                 example("Heel", 0.11).svg(),
                 "A disc of 20 mm pressed into the heel.",
             ),
-            Figure::new(example("Toe", 0.5).svg(), "The same at the toe."),
-            Figure::new(bars.svg(), ""),
+            Figure::new("Toe", example("Toe", 0.5).svg(), "The same at the toe."),
+            Figure::new("bars", bars.svg(), ""),
         ],
         search: ["method", "seed", "K", "simulations", "culled", "time"]
             .into_iter()

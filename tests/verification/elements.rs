@@ -7,8 +7,10 @@ use pliant::fem::forces::{Materials, add_internal_forces};
 use pliant::fem::model::Model;
 use pliant::fem::stiffness::Kind;
 use pliant::geometry::volume::{Elements, KUHN, VolumeMesh};
+use pliant::material::database::Database;
 use pliant::material::law::Law;
 use pliant::math::{Mat3, Vec3};
+use std::path::Path;
 
 fn distorted(tetrahedra: bool) -> VolumeMesh {
     let size = Vec3::new(3.0, 2.0, 2.0);
@@ -135,6 +137,37 @@ fn rigid_motion_gives_no_force_and_forces_turn_with_the_object() {
     }
 }
 
+/// The stress on the rotation, [v]×, makes the Cauchy stress symmetric where stress and stretch have different axes.
+/// Without it this block's moment is 1e-3 of its forces times its size.
+#[test]
+fn moments_balance_in_a_transversely_isotropic_material() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("materials-db");
+    let database = Database::open(&folder).unwrap();
+    let law = database.find("tubes-fine-wide").unwrap().law().unwrap();
+    for mesh in all_kinds() {
+        let bent: Vec<Vec3> = mesh
+            .nodes
+            .iter()
+            .map(|x| 0.1 * Vec3::new(x.y * x.z + x.z, x.x, -x.x * x.y))
+            .collect();
+        let forces = internal_forces(&mesh, &bent, &law);
+        let size: f64 = forces.iter().map(|f| f.norm()).sum();
+        let moment: Vec3 = mesh
+            .nodes
+            .iter()
+            .zip(&bent)
+            .zip(&forces)
+            .map(|((x, u), f)| (x + u).cross(f))
+            .sum();
+        let sum: Vec3 = forces.iter().sum();
+        assert!(size > 0.1, "{size} N");
+        assert!(
+            sum.norm() < 1e-11 * size && moment.norm() < 1e-11 * size,
+            "{sum} N, {moment} N mm of {size} N"
+        );
+    }
+}
+
 #[allow(clippy::needless_range_loop)] // rows and columns of a sparse matrix
 /// The assembled tangent is the symmetric part of the derivative of the internal forces.
 #[test]
@@ -233,5 +266,47 @@ fn work_of_the_linear_law_does_not_depend_on_the_path() {
             }
         }
         assert!(out > 0.01 && total.abs() < 1e-5 * out, "{total} of {out} N mm");
+    }
+}
+
+/// The secant matrix of an isotropic law is built from a closed form: K u at a small displacement from rest must be the
+/// internal force that it makes, and a displacement of the whole object must make none.
+#[test]
+fn secant_matrix_at_rest_is_the_derivative_of_the_internal_forces() {
+    for law in laws() {
+        for mesh in all_kinds() {
+            let held = fixed_where(&mesh, |x| [x.z < 1e-9; 3]);
+            let model = Model::new(mesh.clone(), None, held).unwrap();
+            let cells = vec![0; model.parts.points()];
+            let materials = Materials {
+                laws: &[&law],
+                cell_of_point: &cells,
+            };
+            let mut values = vec![0.0; model.symbolic().pattern().rows.len()];
+            let rest = vec![Vec3::zeros(); mesh.nodes.len()];
+            model.assemble(&rest, &materials, Kind::Secant, &mut values);
+            let direction: Vec<f64> = (0..model.unknowns()).map(|i| (1.3 * i as f64).sin()).collect();
+            let pattern = model.symbolic().pattern();
+            let mut product = vec![0.0; direction.len()];
+            for column in 0..direction.len() {
+                let entries = pattern.columns[column]..pattern.columns[column + 1];
+                for (&row, value) in pattern.rows[entries.clone()].iter().zip(&values[entries]) {
+                    product[row] += value * direction[column];
+                    if row != column {
+                        product[column] += value * direction[row];
+                    }
+                }
+            }
+            let h = 1e-7;
+            let mut u = rest.clone();
+            model.spread(&direction.iter().map(|d| h * d).collect::<Vec<_>>(), &mut u);
+            let mut force = vec![0.0; direction.len()];
+            model.gather(&internal_forces(&mesh, &u, &law), &mut force);
+            let size = product.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+            for (p, f) in product.iter().zip(&force) {
+                // Second-order terms at strains of 1e-7 and rounding of 1e-16 / 1e-7.
+                assert!((p - f / h).abs() < 1e-5 * size, "{p} is not {}", f / h);
+            }
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Whole solves against closed forms and against themselves with other steps.
 
 use crate::support::{even_force, fixed_where, hardening_law, solve};
-use pliant::fem::equilibrium::{Load, Options, Stop};
+use pliant::fem::equilibrium::{Load, Options, Solver, Stop};
+use pliant::fem::forces::Materials;
 use pliant::fem::model::{Model, ModelError};
 use pliant::geometry::volume::VolumeMesh;
 use pliant::material::law::Law;
@@ -209,4 +210,30 @@ fn two_runs_agree_bit_by_bit() {
     let (model, load) = pressed([8, 6, 4], false, 12.0);
     let run = || solve(&model, &law, &load, &[0.5, 1.0], &Options::default()).levels;
     assert_eq!(run(), run());
+}
+
+/// A solver that has seen other materials and hard loads answers the bits of a fresh one: layouts meet threads in any order.
+#[test]
+fn an_earlier_curve_leaves_no_trace() {
+    let (model, load) = pressed([8, 6, 4], false, 20.0);
+    let (soft, firm) = (hardening_law(0.08, 0.45), hardening_law(0.3, 0.4));
+    let cells = vec![0u16; model.parts.points()];
+    let (soft, firm) = ([&soft], [&firm]);
+    let materials = |laws| Materials {
+        laws,
+        cell_of_point: &cells,
+    };
+    let mut solver = Solver::new(&model).unwrap();
+    let mut answer = |laws| {
+        let materials = materials(laws);
+        solver.start(&materials).unwrap();
+        solver.curve(&materials, &load, &[0.5, 1.0], &Options::default(), &|| false)
+    };
+    let first = answer(&soft);
+    // More than the factor at rest: otherwise there would be nothing to leave behind.
+    assert!(first.work.factorisations > 1, "{:?}", first.work);
+    let second = answer(&firm);
+    let fresh = solve(&model, firm[0], &load, &[0.5, 1.0], &Options::default());
+    assert_eq!(second.levels, fresh.levels);
+    assert_eq!(second.work, fresh.work);
 }

@@ -44,6 +44,8 @@ pub type LevelSet<'a> = &'a (dyn Fn(&Vec3) -> f64 + Sync);
 const MAX_NODES: f64 = 8.0e6;
 /// Lattice boxes over the bounds when no spacing is asked for: a sole of 260 × 100 × 20 mm gets 1.7 mm.
 const DEFAULT_BOXES: f64 = 1.0e5;
+/// How often the default spacing is made finer for the volume's sake, and by how much.
+const REFINEMENTS: (usize, f64) = (3, 0.75);
 /// The object's level set is taken at this fraction of the bounds' diagonal above zero, so that lattice nodes on one
 /// of its flat faces count as inside in spite of rounding.
 const RIND: f64 = 1e-8;
@@ -51,7 +53,8 @@ const RIND: f64 = 1e-8;
 /// How finely to tile.
 #[derive(Clone, Debug, Default)]
 pub struct TilingOptions {
-    /// Lattice spacing \[mm\]. Default: what puts 100 000 boxes over the bounds, but no more than `thinnest_mm`.
+    /// Lattice spacing \[mm\]. Default: what puts 100 000 boxes over the bounds, but no more than `thinnest_mm`; and
+    /// finer, up to three times by a quarter, where that alone misses `volume_mm3`.
     pub spacing_mm: Option<f64>,
     /// The thinnest layer or region \[mm\], an upper limit for the default spacing.
     pub thinnest_mm: Option<f64>,
@@ -81,18 +84,23 @@ impl TilingOptions {
         let spacing = self
             .spacing_mm
             .unwrap_or(even.min(self.thinnest_mm.unwrap_or(even)));
-        let nodes: f64 = extents.iter().map(|e| (e / spacing).ceil() + 1.0).product();
-        if nodes > MAX_NODES {
-            let coarser = spacing * (nodes / MAX_NODES).cbrt() * 1.01;
-            return Err(TilingError::TooFine {
-                spacing,
-                nodes,
-                most: MAX_NODES,
-                coarser,
-            });
-        }
         Ok(spacing)
     }
+}
+
+/// Refuses a lattice that would not fit into memory.
+fn check_nodes(extents: &Vec3, spacing: f64) -> Result<(), TilingError> {
+    let nodes: f64 = extents.iter().map(|e| (e / spacing).ceil() + 1.0).product();
+    if nodes > MAX_NODES {
+        let coarser = spacing * (nodes / MAX_NODES).cbrt() * 1.01;
+        return Err(TilingError::TooFine {
+            spacing,
+            nodes,
+            most: MAX_NODES,
+            coarser,
+        });
+    }
+    Ok(())
 }
 
 /// One material's share of the object.
@@ -226,14 +234,39 @@ pub fn tile(
             high: bounds.1.into(),
         });
     }
-    let spacing = options.check(&extents)?;
+    let mut spacing = options.check(&extents)?;
     if level_sets.len() > MAX_INTERFACES {
         return Err(TilingError::TooManyLevelSets {
             found: level_sets.len(),
             most: MAX_INTERFACES,
         });
     }
-    let rind = RIND * extents.norm();
+    let mut finer = if options.spacing_mm.is_none() {
+        REFINEMENTS.0
+    } else {
+        0
+    };
+    loop {
+        check_nodes(&extents, spacing)?;
+        match tile_at(spacing, surface, bounds, level_sets, label, options) {
+            // Rims lose in proportion to the spacing's square.
+            Err(TilingError::Volume { .. }) if finer > 0 => spacing *= REFINEMENTS.1,
+            done => return done,
+        }
+        finer -= 1;
+    }
+}
+
+/// Tiles at one spacing \[mm\].
+fn tile_at(
+    spacing: f64,
+    surface: LevelSet,
+    bounds: (Vec3, Vec3),
+    level_sets: &[LevelSet],
+    label: &(dyn Fn(&Vec3) -> Option<usize> + Sync),
+    options: &TilingOptions,
+) -> Result<Tiling, TilingError> {
+    let rind = RIND * (bounds.1 - bounds.0).norm();
     let raised = |x: &Vec3| surface(x) - rind;
     let (mut complex, values) = Complex::lattice(&raised, bounds, spacing)?;
     let h = complex.boxes.min();

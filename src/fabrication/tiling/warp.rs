@@ -108,3 +108,104 @@ fn moves(complex: &mut Complex, v: usize, star: &[u32], crossing: &Crossing, kni
     complex.points[v] = home;
     false
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::complex::{FIRST_INTERFACE_BIT, Tet};
+    use super::*;
+    use crate::math::Vec3;
+
+    /// Two tetrahedra on both sides of the triangle 0 1 2, and a crossing near vertex 0 on the edge to `other`.
+    fn warped(on: [u128; 5], apex: f64, other: u32, at: f64) -> (Complex, Vec<f64>) {
+        let points = vec![
+            Vec3::zeros(),
+            Vec3::new(1.0, 0.0, 0.0),
+            Vec3::new(0.0, 1.0, 0.0),
+            Vec3::new(0.3, 0.3, apex),
+            Vec3::new(0.3, 0.3, -1.0),
+        ];
+        let tets = vec![
+            Tet {
+                v: [0, 1, 2, 3],
+                class: 0,
+            },
+            Tet {
+                v: [0, 2, 1, 4],
+                class: 0,
+            },
+        ];
+        let mut complex = Complex {
+            points,
+            on: on.to_vec(),
+            tets,
+            sides: vec![Vec::new()],
+            boxes: Vec3::repeat(1.0),
+        };
+        assert!(complex.tets.iter().all(|t| complex.six_volumes(t.v) > 0.0));
+        let mut values = vec![1.0; 5];
+        let point = complex.points[other as usize] * at;
+        let knife = Knife {
+            level: &|_| 0.0,
+            bit: FIRST_INTERFACE_BIT,
+            keep: Keep::Both,
+            h: 1.0,
+        };
+        warp(
+            &mut complex,
+            &mut values,
+            &[Crossing {
+                ends: (0, other),
+                point,
+            }],
+            &knife,
+        );
+        (complex, values)
+    }
+
+    #[test]
+    fn a_free_vertex_moves() {
+        let (complex, values) = warped([0; 5], 1.0, 4, 0.1);
+        assert_eq!(values[0], 0.0);
+        assert_eq!(complex.points[0], Vec3::new(0.03, 0.03, -0.1));
+        assert_eq!(complex.on[0], 1 << FIRST_INTERFACE_BIT);
+    }
+
+    /// Apex 3 lies 0.05 above vertices 0, 1, 2. Up to 0.14 beside it, vertex 0 would turn the tetrahedron over.
+    #[test]
+    fn nothing_is_flattened() {
+        let (mut complex, _) = warped([0; 5], 0.05, 4, 0.9);
+        let knife = Knife {
+            level: &|_| 0.0,
+            bit: FIRST_INTERFACE_BIT,
+            keep: Keep::Both,
+            h: 1.0,
+        };
+        let mut values = vec![1.0; 5];
+        let crossing = Crossing {
+            ends: (0, 3),
+            point: Vec3::new(0.01, 0.01, 0.14),
+        };
+        warp(&mut complex, &mut values, &[crossing], &knife);
+        assert_eq!((complex.points[0], values[0]), (Vec3::zeros(), 1.0));
+    }
+
+    #[test]
+    fn a_vertex_stays_on_its_surfaces() {
+        let other_bit = 1 << (FIRST_INTERFACE_BIT + 5);
+        let (complex, values) = warped([other_bit, 0, 0, 0, 0], 1.0, 4, 0.1);
+        assert_eq!((complex.points[0], values[0]), (Vec3::zeros(), 1.0));
+        let (complex, _) = warped([other_bit, 0, 0, 0, other_bit], 1.0, 4, 0.1);
+        assert_ne!(complex.points[0], Vec3::zeros());
+        // Near enough to count as there.
+        let (complex, values) = warped([other_bit, 0, 0, 0, 0], 1.0, 4, 5e-4);
+        assert_eq!((complex.points[0], values[0]), (Vec3::zeros(), 0.0));
+    }
+
+    /// Vertex 0 and 4 on the object's surface, the edge between them inside: moving along it would dent the object.
+    #[test]
+    fn the_object_is_not_dented() {
+        let surface = 1 << SURFACE_BIT;
+        let (complex, values) = warped([surface, 0, 0, 0, surface], 1.0, 4, 0.1);
+        assert_eq!((complex.points[0], values[0]), (Vec3::zeros(), 1.0));
+    }
+}

@@ -214,34 +214,101 @@ pub(super) fn quoted(text: &str) -> String {
 /// Writes a surface as binary STL, in millimetres and single precision.
 ///
 /// # Errors
-/// What the writer answers, and [`io::ErrorKind::InvalidInput`] for more triangles than the format can count.
+/// As [`write_titled_stl`].
+pub fn write_stl(mesh: &TriMesh, out: impl Write) -> io::Result<()> {
+    write_titled_stl(mesh, "", out)
+}
+
+/// Writes a surface as binary STL whose header bears `title`, cut to what fits.
 ///
-/// # Panics
-/// If a triangle's index is out of range.
-pub fn write_stl(mesh: &TriMesh, mut out: impl Write) -> io::Result<()> {
-    let count = u32::try_from(mesh.triangles.len()).map_err(|_| {
-        io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "more triangles than an STL can count",
-        )
-    })?;
-    // Not "solid": readers that look at the first word alone would take the file for ASCII.
-    let mut header = [b' '; 80];
-    let title = b"pliant, binary STL, units: mm";
-    header[..title.len()].copy_from_slice(title);
-    out.write_all(&header)?;
+/// Corners are rounded to single precision first and normals follow from the rounded ones; a triangle without area gets
+/// the zero normal, which readers take as "work it out".
+///
+/// # Errors
+/// What the writer answers, and [`io::ErrorKind::InvalidInput`] for more triangles than the format can count or a vertex
+/// that is missing or not finite.
+pub fn write_titled_stl(mesh: &TriMesh, title: &str, mut out: impl Write) -> io::Result<()> {
+    let invalid = |what: String| io::Error::new(io::ErrorKind::InvalidInput, what);
+    let triangles = mesh.triangles.len();
+    let count = u32::try_from(triangles)
+        .map_err(|_| invalid(format!("{triangles} triangles are more than an STL can count")))?;
+    out.write_all(&header(title))?;
     out.write_all(&count.to_le_bytes())?;
-    for t in 0..mesh.triangles.len() {
-        let corners = mesh.corners(t);
-        let normal = area_vector(&corners)
-            .try_normalize(0.0)
-            .unwrap_or_else(Vec3::zeros);
-        for vector in [normal].iter().chain(&corners) {
-            for x in vector {
-                out.write_all(&(*x as f32).to_le_bytes())?;
-            }
+    for (number, triangle) in mesh.triangles.iter().enumerate() {
+        let corner = |v: u32| {
+            let point = mesh.vertices.get(v as usize).map(single);
+            point.filter(|p| p.iter().all(|x| x.is_finite())).ok_or_else(|| {
+                invalid(format!(
+                    "triangle {number} names vertex {v}, missing or not finite"
+                ))
+            })
+        };
+        let corners = [corner(triangle[0])?, corner(triangle[1])?, corner(triangle[2])?];
+        let normal = area_vector(&corners).try_normalize(0.0).unwrap_or_default();
+        for x in [normal].iter().chain(&corners).flat_map(|vector| vector.iter()) {
+            out.write_all(&(*x as f32).to_le_bytes())?;
         }
         out.write_all(&[0, 0])?;
     }
     out.flush()
+}
+
+/// A point as single precision holds it, `-0` as `0`: what welds in one file then welds in all.
+pub fn single(p: &Vec3) -> Vec3 {
+    p.map(|x| f64::from(x as f32) + 0.0)
+}
+
+/// Eighty bytes that name the unit. They don't begin with "solid": readers that look at the first word alone would take
+/// the file for ASCII.
+fn header(title: &str) -> [u8; 80] {
+    let text = match title {
+        "" => "pliant, binary STL, units: mm".to_string(),
+        title => format!("pliant, binary STL, units: mm; {title}"),
+    };
+    let mut header = [b' '; 80];
+    for (place, byte) in header.iter_mut().zip(text.bytes().filter(u8::is_ascii)) {
+        *place = byte;
+    }
+    header
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_one_triangle() {
+        let mesh = TriMesh {
+            vertices: vec![
+                Vec3::new(-0.0, 0.0, 0.5),
+                Vec3::new(2.0, 0.0, 0.5),
+                Vec3::new(0.0, 3.0, 0.5),
+            ],
+            triangles: vec![[0, 1, 2]],
+        };
+        let mut bytes = Vec::new();
+        write_titled_stl(&mesh, "wedge", &mut bytes).unwrap();
+        assert_eq!(bytes.len(), 84 + 50);
+        assert_eq!(&bytes[..37], b"pliant, binary STL, units: mm; wedge ");
+        assert_eq!(&bytes[80..84], [1, 0, 0, 0]);
+        let numbers: Vec<f32> = bytes[84..132]
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect();
+        assert_eq!(
+            numbers,
+            [0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 2.0, 0.0, 0.5, 0.0, 3.0, 0.5]
+        );
+        // -0 became 0: the byte of its sign is clear.
+        assert_eq!(bytes[84 + 12 + 3], 0);
+    }
+
+    #[test]
+    fn a_missing_vertex_is_an_error() {
+        let mesh = TriMesh {
+            vertices: vec![Vec3::zeros(); 2],
+            triangles: vec![[0, 1, 2]],
+        };
+        assert!(write_stl(&mesh, Vec::new()).is_err());
+    }
 }

@@ -1,0 +1,5 @@
+//! The real binary, as its users run it.
+
+mod goals;
+mod replicate;
+mod support;
