@@ -84,6 +84,26 @@ fn supports_carry_the_load() {
     }
 }
 
+/// Where the disc presses on nodes that are held, that part goes straight into the support: all supports together carry
+/// the force at every level.
+#[test]
+fn force_on_held_nodes_counts() {
+    let bench = Bench::new();
+    let held = "[[fixed]]\nbox_mm = [[-1, -1, 19.9], [20.1, 21, 21]]\n[[region]]";
+    let record = bench.record(&PRESSED.replace("[[region]]", held));
+    let case = &record["cases"][0];
+    let carried = [reaction(case, "fixed 1"), reaction(case, "fixed 2")].map(numbers);
+    for (level, force) in [1.0, 2.0, 4.0].iter().enumerate() {
+        near(
+            carried[0][3 * level + 2] + carried[1][3 * level + 2],
+            *force,
+            1e-6,
+        );
+        // Half of the disc lies on the held half of the top.
+        assert!(carried[1][3 * level + 2] > 0.4 * force);
+    }
+}
+
 /// The load may be taken in any number of steps, by either iteration: the displacements agree to 1e-6 of the largest.
 #[test]
 fn the_answer_does_not_depend_on_the_steps() {
