@@ -77,10 +77,7 @@ pub struct Arguments {
 /// A goal, a material or an object that is wrong; files that cannot be written.
 pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let began = Instant::now();
-    let solver = equilibrium::Options {
-        tolerance: arguments.tolerance,
-        ..equilibrium::Options::default()
-    };
+    let solver = equilibrium::Options::for_search(arguments.tolerance);
     solver.check().into_diagnostic()?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()

@@ -119,6 +119,8 @@ pub fn check_forces(document: &Document, forces: &Spanned<Vec<f64>>) -> Result<(
     ))
 }
 
+const COLUMNS: [&str; 7] = ["force_n", "x_mm", "y_mm", "z_mm", "dx_mm", "dy_mm", "dz_mm"];
+
 #[derive(serde::Deserialize)]
 struct PointRow {
     force_n: f64,
@@ -144,6 +146,14 @@ fn read_points(
         )
     };
     let mut reader = csv::Reader::from_path(&path).map_err(|e| bad(0, e.to_string()))?;
+    let headers = reader.headers().map_err(|e| bad(1, e.to_string()))?;
+    // An absent column would read as markers that were all lost.
+    if let Some(absent) = COLUMNS.iter().find(|c| !headers.iter().any(|h| h == **c)) {
+        return Err(bad(
+            1,
+            format!("found no column {absent}, expected {}", COLUMNS.join(",")),
+        ));
+    }
     let mut forces: Vec<f64> = Vec::new();
     let mut points: Vec<MeasuredPoint> = Vec::new();
     for (index, row) in reader.deserialize::<PointRow>().enumerate() {

@@ -150,7 +150,7 @@ fn csv_examples_are_checked_line_by_line() {
         ("force_n,x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n", &["no rows"]),
         (
             "force_n,x_mm,y_mm,z_mm,dx_mm,dy_mm\n4,25,20,25,0,0\n",
-            &["line 2", "dz_mm"],
+            &["line 1", "dz_mm"],
         ),
         (
             "force_n,x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n4,25,20,25,0,0,-1\n4,25,20,25,0,0,-1\n",

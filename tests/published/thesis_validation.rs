@@ -105,10 +105,7 @@ fn trial(rig: &Rig, goal: &Goal, seed: u64) -> Trial {
     };
     let stop = AtomicBool::new(false);
     let watch = |_: &Progress, _: usize| {};
-    let solver = equilibrium::Options {
-        tolerance: 1e-4,
-        ..fine
-    };
+    let solver = equilibrium::Options::for_search(1e-3);
     let began = Instant::now();
     let outcome = search(
         5,
