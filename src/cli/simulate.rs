@@ -116,14 +116,11 @@ fn layout(arguments: &Arguments) -> miette::Result<Answer> {
         setup: &goal.setup,
         materials: goal.palette.iter().map(|m| m.record.id.clone()).collect(),
         stage,
-        options: Options {
-            tolerance: found.search.tolerance,
-            ..Options::default()
-        },
+        // As accurate as the record: the search is coarser, but what it reports is simulated again.
+        options: Options::default(),
         steps: 1,
         warnings: goal.setup.object.warnings.clone(),
     };
-    shown.options.check().into_diagnostic()?;
     let outcomes = shown.simulate()?;
     let target = Target::new(&goal.setup.examples);
     let displacements = displacements(&goal.setup.examples, &shown.stage, &outcomes);
