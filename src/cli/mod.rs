@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 //!
-//! Rooms: [`replicate`], [`export`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
+//! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
 //! bar while a search runs), [`stop`] (Ctrl-C).
 
 pub mod db;

@@ -22,13 +22,13 @@ pub struct Options {
 
 impl Options {
     /// For searches, which meet many layouts that no load curve can be found for: gives up early. A layout that needs
-    /// smaller increments than a quarter is not worth building.
+    /// smaller increments than a half is not worth building.
     pub fn for_search(tolerance: f64) -> Options {
         Options {
             tolerance,
             accelerated_iterations: 40,
-            newton_iterations: 8,
-            halvings: 2,
+            newton_iterations: 6,
+            halvings: 1,
             ..Options::default()
         }
     }

@@ -1,4 +1,4 @@
-//! `SCENE.toml` as people write it. `docs/formats-scene.md` explains every key; [`super::scene`] checks the values.
+//! `SCENE.toml` as people write it. `docs/formats.md` explains every key; [`super::scene`] checks the values.
 
 use super::regions::RegionText;
 use super::setup::{ContactText, CylinderText, FixedText, ObjectText};

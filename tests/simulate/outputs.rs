@@ -167,9 +167,10 @@ fn json_is_alone_on_standard_output() {
 #[test]
 fn the_documented_scene_runs() {
     let bench = Bench::new();
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/formats-scene.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/formats.md");
     let page = std::fs::read_to_string(page).unwrap();
-    let scene = page
+    let (_, section) = page.split_once("### An example of a scene").unwrap();
+    let scene = section
         .split("```toml\n")
         .nth(1)
         .unwrap()

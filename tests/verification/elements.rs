@@ -138,7 +138,7 @@ fn rigid_motion_gives_no_force_and_forces_turn_with_the_object() {
 }
 
 /// The stress on the rotation, [v]×, makes the Cauchy stress symmetric where stress and stretch have different axes.
-/// Without it this block's moment is 1e-3 of its forces times its size.
+/// Without it the moment is 2e-3 mm times the sum of the forces.
 #[test]
 fn moments_balance_in_a_transversely_isotropic_material() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("materials-db");
