@@ -55,7 +55,7 @@ fn slow_insole_of_measured_foams_is_replicated_in_silicones() {
         number("whole_s")
     );
     // Three regions of different foams: no single silicone can follow all of them.
-    assert!(rms < 0.8 * single);
+    assert!(rms < 0.9 * single);
     assert!(
         folder.path().join("found/report.html").exists()
             && folder.path().join("export/manifest.json").exists()
