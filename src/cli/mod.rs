@@ -52,6 +52,10 @@ pub enum Answer {
 
 /// Reads the arguments, runs the command, and answers with the exit code.
 pub fn main() -> ExitCode {
+    // Terminals fold long lines themselves; folded here, an id would be cut at its hyphens and could not be copied.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
+    }));
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
