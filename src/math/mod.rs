@@ -1,9 +1,10 @@
 //! Small dense algebra that every floor above shares: three-dimensional vectors and matrices.
 //!
 //! Rooms: [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch) and
-//! [`polar_lanes`] (eight at once), [`rbf`] (radial basis functions).
+//! [`polar_lanes`] (eight at once), [`rbf`] and [`multiquadric`] (radial basis functions).
 
 pub mod mandel;
+pub mod multiquadric;
 pub mod polar;
 pub mod polar_lanes;
 pub mod rbf;
