@@ -10,11 +10,12 @@
 //!
 //! Each panel is read once, from front to back, and the part of x that it touches is gathered before; a solve costs
 //! what reading L twice costs. faer's own solve calls matrix products made for many right-hand sides, and takes half as
-//! long again. Sums run in eight fixed lanes, without fused multiplication, so the bits are the same on every processor.
+//! long again. Sums run in fixed lanes, without fused multiplication, so the bits are the same on every processor.
 
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 
-const LANES: usize = 8;
+/// Partial sums of a scalar product.
+const LANES: usize = 4;
 
 /// Solves `L Lᵀ x = b` in place; `values` is the factor, `room` space for one panel's part of x.
 pub(super) fn solve(
@@ -80,71 +81,76 @@ impl<'a> Panel<'a> {
     }
 }
 
+/// Columns that are worked on at once: w is then loaded, and stored, once for all of them.
+const TOGETHER: usize = 4;
+
 #[inline(always)]
 fn forward(panel: &Panel, w: &mut [f64]) {
-    let mut j = 0;
-    // Two columns at once: w is then loaded and stored half as often.
-    while j + 1 < panel.columns {
-        let (a, b) = (panel.column(j), panel.column(j + 1));
-        let first = w[j] / a[j];
-        let second = (w[j + 1] - first * a[j + 1]) / b[j + 1];
-        (w[j], w[j + 1]) = (first, second);
-        for ((w, a), b) in w[j + 2..].iter_mut().zip(&a[j + 2..]).zip(&b[j + 2..]) {
-            *w -= first * a + second * b;
+    let whole = panel.columns - panel.columns % TOGETHER;
+    for j in (0..whole).step_by(TOGETHER) {
+        let columns = [0, 1, 2, 3].map(|k| panel.column(j + k));
+        let mut x = [0.0; TOGETHER];
+        for k in 0..TOGETHER {
+            let known: f64 = (0..k).map(|i| columns[i][j + k] * x[i]).sum();
+            x[k] = (w[j + k] - known) / columns[k][j + k];
+            w[j + k] = x[k];
         }
-        j += 2;
+        let below = j + TOGETHER;
+        let [a, b, c, d] = columns.map(|column| &column[below..]);
+        for ((((w, a), b), c), d) in w[below..].iter_mut().zip(a).zip(b).zip(c).zip(d) {
+            *w -= (x[0] * a + x[1] * b) + (x[2] * c + x[3] * d);
+        }
     }
-    if j < panel.columns {
-        let a = panel.column(j);
-        w[j] /= a[j];
-        let first = w[j];
-        for (w, a) in w[j + 1..].iter_mut().zip(&a[j + 1..]) {
-            *w -= first * a;
+    for j in whole..panel.columns {
+        let column = panel.column(j);
+        w[j] /= column[j];
+        let x = w[j];
+        for (w, a) in w[j + 1..].iter_mut().zip(&column[j + 1..]) {
+            *w -= x * a;
         }
     }
 }
 
 #[inline(always)]
 fn backward(panel: &Panel, w: &mut [f64]) {
-    let mut past = panel.columns;
-    while past >= 2 {
-        let (i, j) = (past - 2, past - 1);
-        let (a, b) = (panel.column(i), panel.column(j));
-        let [below_a, below_b] = two_dots(&a[past..], &b[past..], &w[past..]);
-        w[j] = (w[j] - below_b) / b[j];
-        w[i] = (w[i] - below_a - a[j] * w[j]) / a[i];
-        past -= 2;
+    let whole = panel.columns - panel.columns % TOGETHER;
+    for j in (whole..panel.columns).rev() {
+        let column = panel.column(j);
+        let [below] = dots([&column[j + 1..]], &w[j + 1..]);
+        w[j] = (w[j] - below) / column[j];
     }
-    if past == 1 {
-        let a = panel.column(0);
-        let [below, _] = two_dots(&a[1..], &a[1..], &w[1..]);
-        w[0] = (w[0] - below) / a[0];
+    for j in (0..whole).step_by(TOGETHER).rev() {
+        let columns = [0, 1, 2, 3].map(|k| panel.column(j + k));
+        let past = j + TOGETHER;
+        let below = dots(columns.map(|column| &column[past..]), &w[past..]);
+        for k in (0..TOGETHER).rev() {
+            let known: f64 = (k + 1..TOGETHER).map(|i| columns[k][j + i] * w[j + i]).sum();
+            w[j + k] = (w[j + k] - below[k] - known) / columns[k][j + k];
+        }
     }
 }
 
-/// `[Σ a·w, Σ b·w]`.
+/// `Σ a·w` for each of the columns `a`.
 #[inline(always)]
-fn two_dots(a: &[f64], b: &[f64], w: &[f64]) -> [f64; 2] {
-    let (mut sum_a, mut sum_b) = ([0.0; LANES], [0.0; LANES]);
+fn dots<const K: usize>(columns: [&[f64]; K], w: &[f64]) -> [f64; K] {
+    let columns = columns.map(|a| &a[..w.len()]);
     let whole = w.len() - w.len() % LANES;
-    let lanes = a[..whole]
-        .chunks_exact(LANES)
-        .zip(b[..whole].chunks_exact(LANES))
-        .zip(w[..whole].chunks_exact(LANES));
-    for ((a, b), w) in lanes {
-        for l in 0..LANES {
-            sum_a[l] += a[l] * w[l];
-            sum_b[l] += b[l] * w[l];
+    let mut sums = [[0.0; LANES]; K];
+    for start in (0..whole).step_by(LANES) {
+        let w = &w[start..start + LANES];
+        for (sums, a) in sums.iter_mut().zip(&columns) {
+            let a = &a[start..start + LANES];
+            for l in 0..LANES {
+                sums[l] += a[l] * w[l];
+            }
         }
     }
-    let (mut total_a, mut total_b) = (0.0, 0.0);
-    for l in 0..LANES {
-        total_a += sum_a[l];
-        total_b += sum_b[l];
+    let mut totals = [0.0; K];
+    for ((total, sums), a) in totals.iter_mut().zip(&sums).zip(&columns) {
+        *total = sums.iter().sum();
+        for (a, w) in a[whole..].iter().zip(&w[whole..]) {
+            *total += a * w;
+        }
     }
-    for ((a, b), w) in a[whole..].iter().zip(&b[whole..]).zip(&w[whole..]) {
-        total_a += a * w;
-        total_b += b * w;
-    }
-    [total_a, total_b]
+    totals
 }
