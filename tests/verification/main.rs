@@ -3,4 +3,5 @@
 mod clusters;
 mod elements;
 mod equilibrium;
+mod laws;
 mod support;
