@@ -31,9 +31,9 @@ use crate::numerics::linear_solver::LinearSolver;
 pub use super::load_curve::{BadOption, Curve, Load, NewtonMatrix, Options, Stop, Work};
 
 /// Iterations that Anderson's method remembers.
-const DEPTH: usize = 6;
+const DEPTH: usize = 12;
 /// Iterations after which a factor has become a poor guide.
-const REFRESH: usize = 12;
+const REFRESH: usize = 16;
 /// Iterations without a new best after which Newton takes over.
 const PATIENCE: usize = 8;
 
