@@ -105,7 +105,7 @@ pub fn sole(size_mm: f64, layers: usize, material: Material) -> Problem {
     for node in grid.end_nodes(false) {
         held[node] = [true; 3];
     }
-    let is_stiff = |x: &Vec3| (x.y / 20.0).floor() as i64 % 2 == 0;
+    let is_stiff = |x: &Vec3| (x / 20.0).iter().map(|c| c.floor() as i64).sum::<i64>() % 2 == 0;
     problem(
         "sole, partly filled".into(),
         grid.mesh,
