@@ -16,7 +16,7 @@ use pliant::material::isotropic::{IsotropicRbf, invariants, shear_and_bulk};
 use pliant::material::law::{Law, Range};
 use pliant::math::Vec3;
 use pliant::math::mandel::Mandel;
-use support::{argument, median, seconds};
+use support::{argument, median, processor_seconds};
 
 const SIZE: Vec3 = Vec3::new(50.0, 50.0, 25.0);
 const FORCE_N: f64 = 15.0;
@@ -121,7 +121,7 @@ fn strain_dependent() -> Law {
     Law::Isotropic(law.expect("the centres are distinct"))
 }
 
-/// Median milliseconds of a curve on a model that is ready, with the factor at rest; the mean displacement of the patch;
+/// Median processor milliseconds of a curve on a model that is ready, with the factor at rest; the mean displacement of the patch;
 /// what it took.
 fn curve(
     model: &Model,
@@ -140,7 +140,7 @@ fn curve(
     let mut solver = Solver::new(model).expect("it fits");
     let mut last = None;
     let times = (0..rounds).map(|_| {
-        seconds(|| {
+        processor_seconds(|| {
             solver.start(&materials).expect("it is held");
             last = Some(solver.curve(&materials, load, factors, options, &|| false));
         })

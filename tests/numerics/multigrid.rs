@@ -133,9 +133,8 @@ fn distance_from_direct(step: &Step, x: &[f64]) -> f64 {
 
 #[test]
 fn iterations_do_not_grow_with_the_mesh_and_the_answer_is_the_direct_one() {
-    // Measured when this was written: 13, 14, 14 without and 21, 22, 24 with contrast, on three sizes from 4 000 to 45 000
-    // unknowns. Without coarse levels the counts double from each size to the next.
-    for (contrast, most) in [(1.0, 18), (100.0, 36)] {
+    // Without coarse levels the counts double from each size to the next.
+    for (contrast, most) in [(1.0, 14), (100.0, 24)] {
         let counts: Vec<usize> = [10, 16, 24]
             .map(|n| {
                 let step = cube(n, contrast);
@@ -150,7 +149,8 @@ fn iterations_do_not_grow_with_the_mesh_and_the_answer_is_the_direct_one() {
             counts.iter().all(|&c| c <= most),
             "{counts:?} with contrast {contrast}"
         );
-        assert!(counts[2] <= counts[0] + 6, "{counts:?} with contrast {contrast}");
+        println!("{counts:?} with contrast {contrast}");
+        assert!(counts[2] <= counts[0] + 4, "{counts:?} with contrast {contrast}");
     }
 }
 
@@ -162,7 +162,7 @@ fn partly_filled_cells_and_levels_that_follow_a_surface_cost_no_more() {
         assert!(distance_from_direct(&step, &x) < 1e-6);
         iterations
     });
-    // Measured: 17 to 21 up to 320 000 unknowns.
+    println!("{counts:?}");
     assert!(counts.iter().all(|&c| c <= 30), "{counts:?}");
 }
 
