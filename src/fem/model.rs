@@ -282,8 +282,9 @@ fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) ->
             rows_of[column as usize] = rows.map(|r| r as usize).collect();
         }
     }
+    // Grown step by step these would need twice their size, which is the largest there is in a model.
+    let mut rows = Vec::with_capacity(rows_of.iter().map(Vec::len).sum());
     let mut columns = vec![0];
-    let mut rows = Vec::new();
     for mut list in rows_of {
         list.sort_unstable();
         rows.extend(list);
@@ -293,7 +294,12 @@ fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) ->
 }
 
 fn scatter_map(parts: &Discretisation, unknown_of: &[[u32; 3]], pattern: &Pattern) -> (Vec<u32>, Vec<usize>) {
-    let (mut scatter, mut starts) = (Vec::new(), vec![0]);
+    let entries = |c: usize| {
+        let size = 3 * parts.nodes_of_cluster(c).len();
+        size * (size + 1) / 2
+    };
+    let mut scatter = Vec::with_capacity((0..parts.clusters()).map(entries).sum());
+    let mut starts = vec![0];
     for c in 0..parts.clusters() {
         let nodes = parts.nodes_of_cluster(c);
         let unknowns: Vec<u32> = nodes.iter().flat_map(|&n| unknown_of[n as usize]).collect();
