@@ -1,0 +1,156 @@
+//! The surfaces that vertices stay on, and the way back to them.
+//!
+//! A vertex on surfaces i = 1 … k, given near it by their distances c_i and unit normals n_i, is moved by the shortest
+//! step d with
+//!
+//! ```text
+//! n_i · d = −c_i        i = 1 … k
+//! ```
+//!
+//! which Gram–Schmidt on the n_i gives one component at a time; a normal that lies in the span of those before it (a flat
+//! side of the object on a plane of its bounds) adds nothing. A few steps follow curved surfaces. For a border with the
+//! level set g, c = g/|∇g| and n = ∇g/|∇g| by differences; for the object's surface both come from its closest point.
+
+use super::workpiece::Workpiece;
+use crate::geometry::Solid;
+use crate::geometry::cells::Border;
+use crate::geometry::cutting::complex::{FIRST_INTERFACE_BIT, SURFACE_BIT};
+use crate::math::Vec3;
+
+/// Steps back to the surfaces.
+const STEPS: usize = 6;
+/// A vertex counts as on its surfaces below this distance, over the edge length.
+pub(super) const ON: f64 = 1e-6;
+/// A vertex of the object's border that is this far from the object's surface, over the edge length, lies over a hole.
+const OVER_A_HOLE: f64 = 0.02;
+/// The share of a normal that must be new for it to count.
+const NEW: f64 = 0.05;
+
+/// All surfaces that a vertex can be on.
+pub(super) struct Surfaces<'a> {
+    pub solid: &'a Solid,
+    pub borders: &'a [Border<'a>],
+    /// The planes of the bounds: lower and upper coordinate along x, y, z.
+    pub planes: [f64; 6],
+    /// Edge length \[mm\].
+    pub edge: f64,
+}
+
+impl Surfaces<'_> {
+    /// Signed distance \[mm\] from the surface of a bit, and its unit normal there.
+    fn distance(&self, bit: u32, x: &Vec3) -> (f64, Vec3) {
+        if bit < SURFACE_BIT {
+            let normal = Vec3::ith(bit as usize / 2, 1.0);
+            return (x.dot(&normal) - self.planes[bit as usize], normal);
+        }
+        if bit == SURFACE_BIT {
+            let closest = self.solid.closest(x);
+            let away = x - closest.point;
+            return if closest.distance > 1e-9 * self.edge {
+                (closest.distance, away / closest.distance)
+            } else {
+                let [a, b, c] = self.solid.mesh().corners(closest.triangle as usize);
+                (
+                    0.0,
+                    (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::z),
+                )
+            };
+        }
+        let level = &self.borders[(bit - FIRST_INTERFACE_BIT) as usize];
+        let (step, here) = (1e-5 * self.edge, level(x));
+        let slope = Vec3::from_fn(|k, _| (level(&(x + Vec3::ith(k, step))) - here) / step);
+        let steepness = slope.norm();
+        if steepness > 1e-9 {
+            (here / steepness, slope / steepness)
+        } else {
+            (here, Vec3::z())
+        }
+    }
+
+    /// How far `x` is from the farthest of the surfaces `bits` \[mm\].
+    pub fn farthest(&self, bits: u128, x: &Vec3) -> f64 {
+        each(bits)
+            .map(|bit| self.distance(bit, x).0.abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// How far `x` is from the nearest border between cells \[mm\].
+    pub fn nearest_border(&self, x: &Vec3) -> f64 {
+        (0..self.borders.len() as u32)
+            .map(|i| self.distance(FIRST_INTERFACE_BIT + i, x).0.abs())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The place near `x` on all surfaces `bits`; `None` if none is found.
+    pub fn onto(&self, bits: u128, mut x: Vec3) -> Option<Vec3> {
+        self.onto_planes(bits, &mut x);
+        if bits >> SURFACE_BIT == 0 {
+            return Some(x);
+        }
+        for _ in 0..STEPS {
+            let mut step = Vec3::zeros();
+            let (mut basis, mut farthest) = ([Vec3::zeros(); 3], 0.0_f64);
+            let mut found = 0;
+            for bit in each(bits) {
+                let (distance, normal) = self.distance(bit, &x);
+                farthest = farthest.max(distance.abs());
+                let known = &basis[..found];
+                let rest = known.iter().fold(normal, |rest, q| rest - q * q.dot(&normal));
+                let length = rest.norm();
+                if length > NEW && found < 3 {
+                    let q = rest / length;
+                    step -= q * ((distance + normal.dot(&step)) / length);
+                    basis[found] = q;
+                    found += 1;
+                }
+            }
+            if farthest <= ON * self.edge {
+                return Some(x);
+            }
+            x += step;
+            self.onto_planes(bits, &mut x);
+        }
+        (self.farthest(bits, &x) <= ON * self.edge).then_some(x)
+    }
+
+    fn onto_planes(&self, bits: u128, x: &mut Vec3) {
+        for bit in each(bits).take_while(|bit| *bit < SURFACE_BIT) {
+            x[bit as usize / 2] = self.planes[bit as usize];
+        }
+    }
+
+    /// Where vertex `v` may go when it wants to go to `x`: on its surfaces, or near them where it is loose by up to
+    /// `slack` \[mm\].
+    pub fn allowed(&self, piece: &Workpiece, v: u32, x: Vec3, slack: f64) -> Option<Vec3> {
+        let (on, loose) = (piece.on[v as usize], piece.loose[v as usize]);
+        let mut firm = on & !loose;
+        if let Some(anchor) = piece.anchors[v as usize] {
+            if (x - anchor).norm() > slack {
+                return None;
+            }
+            firm &= !(1 << SURFACE_BIT);
+        }
+        let x = self.onto(firm, x)?;
+        let near = |bit: u32| self.distance(bit, &x).0.abs() <= slack;
+        each(on & loose).all(near).then_some(x)
+    }
+
+    /// Anchors the vertices of the object's border that lie over a hole of the surface.
+    pub fn anchor(&self, piece: &mut Workpiece) {
+        for v in 0..piece.points.len() {
+            let over = piece.on[v] >> SURFACE_BIT & 1 == 1
+                && self.solid.closest(&piece.points[v]).distance > OVER_A_HOLE * self.edge;
+            piece.anchors[v] = over.then_some(piece.points[v]);
+        }
+    }
+}
+
+/// The numbers of the bits that are set, ascending.
+pub(super) fn each(bits: u128) -> impl Iterator<Item = u32> {
+    let mut left = bits;
+    std::iter::from_fn(move || {
+        let bit = (left != 0).then(|| left.trailing_zeros())?;
+        left &= left - 1;
+        Some(bit)
+    })
+}
