@@ -12,9 +12,6 @@ use crate::math::Vec3;
 
 /// Longest edge that a collapse may make, over the edge length asked for. A box of the lattice has diagonals of √3.
 const LONGEST: f64 = 2.2;
-/// A face of a border may turn by up to acos of this.
-const LEAST_TURN: f64 = 0.5;
-
 /// A collapse that would do.
 #[derive(Debug)]
 pub(super) struct Collapse {
@@ -33,6 +30,8 @@ pub(super) struct Leave {
     pub slack: f64,
     /// How far the middle of a new face of a border may be from it \[mm\].
     pub sag: f64,
+    /// The least cosine of the angle by which a face of a border may turn.
+    pub turn: f64,
 }
 
 /// The collapse of `a` into `b`, if it leaves everything around better than `least`.
@@ -117,7 +116,7 @@ fn spoils(piece: &Workpiece, surfaces: &Surfaces, [a, b]: [u32; 2], edge: [u32; 
             .try_normalize(0.0)
             .unwrap_or_else(Vec3::zeros)
     };
-    if normal(&from).dot(&normal(&to)) < LEAST_TURN {
+    if normal(&from).dot(&normal(&to)) < leave.turn {
         return true;
     }
     let bits = piece.bits([b, edge[0], edge[1]]) & piece.on[a as usize];

@@ -18,6 +18,8 @@ const AIM: f64 = 1.8;
 const MARGIN: f64 = 1.02;
 /// How far the middle of a face may be from its surface, over the edge length, where vertices may not leave theirs at all.
 const SAG: f64 = 0.1;
+/// The cosine of the angle by which faces of borders may turn, in the first rounds and in those that may leave surfaces.
+const TURN: [f64; 2] = [0.8, 0.5];
 /// How much better a change must be.
 const GAIN: f64 = 1e-3;
 
@@ -36,6 +38,7 @@ pub(super) fn improve(piece: &mut Workpiece, surfaces: &Surfaces, bound_deg: f64
         let leave = Leave {
             slack: share * slack,
             sag: (SAG * surfaces.edge).max(share * slack),
+            turn: if share > 0.0 { TURN[1] } else { TURN[0] },
         };
         let mut bad: Vec<u32> = piece.alive().filter(|&t| piece.sine(t) < goal).collect();
         bad.sort_by(|&s, &t| piece.sine(s).total_cmp(&piece.sine(t)).then(s.cmp(&t)));
@@ -74,7 +77,7 @@ fn mend(piece: &mut Workpiece, surfaces: &Surfaces, t: u32, leave: Leave) -> boo
                 let least = swap
                     .as_ref()
                     .map_or(before, |s: &super::rings::Exchange| s.sine.max(before));
-                if let Some(found) = removal(piece, surfaces, ends, leave.sag, least + GAIN * own.abs()) {
+                if let Some(found) = removal(piece, surfaces, ends, leave, least + GAIN * own.abs()) {
                     swap = Some(found);
                 }
             }
@@ -93,9 +96,61 @@ fn mend(piece: &mut Workpiece, surfaces: &Surfaces, t: u32, leave: Leave) -> boo
         (Some(shrink), Some(swap)) if swap.sine > shrink.sine => swap.perform(piece),
         (Some(shrink), _) => shrink.perform(piece),
         (None, Some(swap)) => swap.perform(piece),
-        (None, None) => return move_corners(piece, surfaces, tet, leave.slack),
+        (None, None) => {
+            return move_corners(piece, surfaces, tet, leave.slack)
+                || leave.slack > 0.0
+                    && (split_an_edge(piece, surfaces, t, leave) || move_around(piece, surfaces, tet));
+        }
     }
     true
+}
+
+/// Moves the neighbours of a bad tetrahedron's corners to where they are best: that can make room for it.
+fn move_around(piece: &mut Workpiece, surfaces: &Surfaces, tet: [u32; 4]) -> bool {
+    let mut near: Vec<u32> = tet
+        .iter()
+        .flat_map(|&v| piece.star(v))
+        .flat_map(|&t| piece.tet(t))
+        .collect();
+    near.sort_unstable();
+    near.dedup();
+    near.into_iter()
+        .fold(false, |moved, v| smooth(piece, surfaces, v, 0.0) || moved)
+}
+
+/// Puts a vertex into the middle of an edge of a bad tetrahedron and moves it to where it is best, if all is better then.
+fn split_an_edge(piece: &mut Workpiece, surfaces: &Surfaces, t: u32, leave: Leave) -> bool {
+    let tet = piece.tet(t);
+    let edges = (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j)));
+    let mut edges: Vec<[u32; 2]> = edges.map(|(i, j)| [tet[i], tet[j]]).collect();
+    let length =
+        |piece: &Workpiece, [a, b]: &[u32; 2]| (piece.points[*a as usize] - piece.points[*b as usize]).norm();
+    edges.sort_by(|e, f| length(piece, f).total_cmp(&length(piece, e)));
+    for [a, b] in edges {
+        let old = piece.around(a, b);
+        let least = piece.worst(&old) * (1.0 + GAIN);
+        let before = tet.map(|v| (v, piece.points[v as usize], piece.loose[v as usize]));
+        let v = piece.split(a, b);
+        let (firm, middle) = (
+            piece.on[v as usize] & !piece.loose[v as usize],
+            piece.points[v as usize],
+        );
+        match surfaces.onto(firm, middle) {
+            Some(place) => piece.relocate(v, place),
+            None => piece.loose[v as usize] = piece.on[v as usize],
+        }
+        smooth(piece, surfaces, v, leave.slack);
+        move_corners(piece, surfaces, tet, leave.slack);
+        if piece.worst(piece.star(v)) > least {
+            return true;
+        }
+        piece.unsplit(v, &old);
+        for (v, place, loose) in before {
+            piece.loose[v as usize] = loose;
+            piece.relocate(v, place);
+        }
+    }
+    false
 }
 
 /// Moves the corners of a bad tetrahedron; where a slack is given, they may leave their surfaces.

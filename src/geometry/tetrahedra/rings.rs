@@ -11,14 +11,13 @@
 //! On a border the edge gives way to the one between the ends of the arcs. An arc of one tetrahedron leaves nothing: a
 //! sliver on the object's surface disappears, one on a border between cells goes over to the other cell.
 
+use super::collapse::Leave;
 use super::shape::least_sine;
 use super::surfaces::Surfaces;
 use super::workpiece::{NewTet, OUTSIDE, Workpiece};
 
 /// Longest arc that is looked at; an edge with more around it is not why a tetrahedron is bad.
 const LONGEST: usize = 9;
-/// The faces of a border may turn by up to acos of this.
-const LEAST_TURN: f64 = 0.85;
 
 /// Tetrahedra for others.
 #[derive(Debug)]
@@ -41,12 +40,12 @@ struct Arc {
     vertices: Vec<u32>,
 }
 
-/// The removal of the edge `ab`, if all that it makes is better than `least`. Faces of borders may be off by `sag` \[mm\].
+/// The removal of the edge `ab`, if all that it makes is better than `least`. Borders may change as `leave` says.
 pub(super) fn removal(
     piece: &Workpiece,
     surfaces: &Surfaces,
     [a, b]: [u32; 2],
-    sag: f64,
+    leave: Leave,
     least: f64,
 ) -> Option<Exchange> {
     let old = piece.around(a, b);
@@ -54,7 +53,8 @@ pub(super) fn removal(
     let on_border = !closed || arcs.len() > 1;
     if on_border {
         let ends = [*arcs[0].vertices.first()?, *arcs[0].vertices.last()?];
-        if !border_allows(piece, surfaces, [a, b], ends, sag) || arcs.len() == 1 && !opens(piece, &old, ends)
+        if !border_allows(piece, surfaces, [a, b], ends, leave)
+            || arcs.len() == 1 && !opens(piece, &old, ends)
         {
             return None;
         }
@@ -186,7 +186,7 @@ fn border_allows(
     surfaces: &Surfaces,
     [a, b]: [u32; 2],
     [c, d]: [u32; 2],
-    sag: f64,
+    leave: Leave,
 ) -> bool {
     let bits = piece.bits([a, b, c]);
     if bits == 0 || bits != piece.bits([a, b, d]) || bits & piece.bits([c, d, c]) != bits {
@@ -203,8 +203,8 @@ fn border_allows(
     // The two faces there are and the two to come, all seen from one side of the border.
     let flat = normals[..2]
         .iter()
-        .all(|n| n.dot(&normals[2]) > LEAST_TURN && n.dot(&normals[3]) > LEAST_TURN);
-    flat && surfaces.farthest(bits, &((pc + pd) / 2.0)) <= sag
+        .all(|n| n.dot(&normals[2]) > leave.turn && n.dot(&normals[3]) > leave.turn);
+    flat && surfaces.farthest(bits, &((pc + pd) / 2.0)) <= leave.sag
 }
 
 /// Whether the object's border may run along the edge `cd` in place of the one that `old` surround: the edge is not there

@@ -8,8 +8,6 @@ use std::collections::BTreeSet;
 
 /// The label across the object's surface.
 pub(super) const OUTSIDE: u32 = u32::MAX;
-/// The label of a tetrahedron that is gone.
-const GONE: u32 = u32::MAX - 1;
 
 /// A face with two different labels on its sides, seen from one of its vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +34,7 @@ pub(super) struct Workpiece {
     pub anchors: Vec<Option<Vec3>>,
     tets: Vec<[u32; 4]>,
     label: Vec<u32>,
+    gone: Vec<bool>,
     sine: Vec<f64>,
     star: Vec<Vec<u32>>,
 }
@@ -51,6 +50,7 @@ impl Workpiece {
             anchors: vec![None; n],
             tets: Vec::with_capacity(2 * complex.tets.len()),
             label: Vec::new(),
+            gone: Vec::new(),
             sine: Vec::new(),
             star: vec![Vec::new(); n],
         };
@@ -72,7 +72,7 @@ impl Workpiece {
     }
 
     pub fn is_alive(&self, t: u32) -> bool {
-        self.label[t as usize] != GONE
+        !self.gone[t as usize]
     }
 
     pub fn tet(&self, t: u32) -> [u32; 4] {
@@ -130,6 +130,7 @@ impl Workpiece {
         self.sine.push(least_sine(&self.corners(v)));
         self.tets.push(v);
         self.label.push(label);
+        self.gone.push(false);
         v.iter().for_each(|&i| self.star[i as usize].push(t));
         t
     }
@@ -139,7 +140,7 @@ impl Workpiece {
         for v in self.tet(t) {
             self.star[v as usize].retain(|&s| s != t);
         }
-        self.label[t as usize] = GONE;
+        self.gone[t as usize] = true;
     }
 
     /// Puts `new` in the place of `old`.
@@ -174,6 +175,36 @@ impl Workpiece {
                 .filter(|w| **w == v)
                 .for_each(|w| *w = copy);
         }
+    }
+
+    /// Puts a vertex into the middle of an edge, which halves all tetrahedra around it, and answers its number.
+    pub fn split(&mut self, a: u32, b: u32) -> u32 {
+        let walls = self.walls(a);
+        let along = walls.iter().filter(|w| w.edge.contains(&b));
+        let on = along.fold(0, |bits, w| bits | self.bits([a, w.edge[0], w.edge[1]]));
+        let [i, j] = [a as usize, b as usize];
+        let (v, middle) = (self.points.len() as u32, (self.points[i] + self.points[j]) / 2.0);
+        self.points.push(middle);
+        self.on.push(on);
+        self.loose.push(on & (self.loose[i] | self.loose[j]));
+        let anchored = self.anchors[i].is_some() || self.anchors[j].is_some();
+        self.anchors.push((anchored && on != 0).then_some(middle));
+        self.star.push(Vec::new());
+        for t in self.around(a, b) {
+            let (tet, label) = (self.tet(t), self.label(t));
+            self.remove(t);
+            for end in [a, b] {
+                self.add((tet.map(|w| if w == end { v } else { w }), label));
+            }
+        }
+        v
+    }
+
+    /// Takes the vertex of a split back, and with it the tetrahedra around it, for those that were there before.
+    pub fn unsplit(&mut self, v: u32, before: &[u32]) {
+        let old: Vec<NewTet> = before.iter().map(|&t| (self.tet(t), self.label(t))).collect();
+        let halves = self.star(v).to_vec();
+        self.replace(&halves, &old);
     }
 
     /// The faces at a vertex that have different labels on their sides.
