@@ -6,7 +6,7 @@
 //! `a` may leave a surface that passes `b` within it.
 
 use super::surfaces::{Surfaces, each};
-use super::workpiece::{NewTet, OUTSIDE, Workpiece};
+use super::workpiece::{NewTet, OUTSIDE, Wall, Workpiece};
 use crate::geometry::cutting::complex::SURFACE_BIT;
 use crate::math::Vec3;
 
@@ -79,11 +79,7 @@ pub(super) fn collapse(
     }
     let home = piece.anchors[a as usize].is_some() && piece.on[b as usize] >> SURFACE_BIT & 1 == 1;
     let far = |bit: u32| surfaces.farthest(1 << bit, &target) > leave.slack && !(home && bit == SURFACE_BIT);
-    if each(leaves).any(far)
-        || walls
-            .iter()
-            .any(|w| spoils(piece, surfaces, [a, b], w.edge, leave))
-    {
+    if each(leaves).any(far) || walls.iter().any(|w| spoils(piece, surfaces, [a, b], w, leave)) {
         return None;
     }
     Some(Collapse {
@@ -104,23 +100,23 @@ impl Collapse {
     }
 }
 
-/// Whether the face of a border from `a` over `edge` turns or leaves its surface too much when `a` goes into `b`.
-fn spoils(piece: &Workpiece, surfaces: &Surfaces, [a, b]: [u32; 2], edge: [u32; 2], leave: Leave) -> bool {
-    if edge.contains(&b) {
+/// Whether the wall at `a` turns or leaves its surface too much when `a` goes into `b`.
+fn spoils(piece: &Workpiece, surfaces: &Surfaces, [a, b]: [u32; 2], wall: &Wall, leave: Leave) -> bool {
+    let [x, y] = wall.edge;
+    if wall.edge.contains(&b) {
         return false;
     }
-    let [p, q, from, to] = [edge[0], edge[1], a, b].map(|v| piece.points[v as usize]);
-    let normal = |x: &Vec3| {
-        (q - p)
-            .cross(&(x - p))
-            .try_normalize(0.0)
-            .unwrap_or_else(Vec3::zeros)
+    let [p, q, from, to] = [x, y, a, b].map(|v| piece.points[v as usize]);
+    let normal = |r: &Vec3| {
+        let n = (q - p).cross(&(r - p));
+        n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
     };
     if normal(&from).dot(&normal(&to)) < leave.turn {
         return true;
     }
-    let bits = piece.bits([b, edge[0], edge[1]]) & piece.on[a as usize];
-    bits != 0 && surfaces.farthest(bits, &((p + q + to) / 3.0)) > leave.sag
+    let off = |v: u32| surfaces.off(piece, [x, y, v], wall.labels[1] == OUTSIDE);
+    let after = off(b);
+    after > leave.sag && after > off(a)
 }
 
 /// The link condition for the edge from `a` to `b`.

@@ -53,7 +53,7 @@ pub(super) fn removal(
     let on_border = !closed || arcs.len() > 1;
     if on_border {
         let ends = [*arcs[0].vertices.first()?, *arcs[0].vertices.last()?];
-        if !border_allows(piece, surfaces, [a, b], ends, leave)
+        if !border_allows(piece, surfaces, [a, b], ends, !closed && arcs.len() == 1, leave)
             || arcs.len() == 1 && !opens(piece, &old, ends)
         {
             return None;
@@ -186,6 +186,7 @@ fn border_allows(
     surfaces: &Surfaces,
     [a, b]: [u32; 2],
     [c, d]: [u32; 2],
+    outer: bool,
     leave: Leave,
 ) -> bool {
     let bits = piece.bits([a, b, c]);
@@ -204,7 +205,10 @@ fn border_allows(
     let flat = normals[..2]
         .iter()
         .all(|n| n.dot(&normals[2]) > leave.turn && n.dot(&normals[3]) > leave.turn);
-    flat && surfaces.farthest(bits, &((pc + pd) / 2.0)) <= leave.sag
+    let off = |face| surfaces.off(piece, face, outer);
+    let [before, after] =
+        [[[a, b, c], [a, b, d]], [[c, d, a], [c, d, b]]].map(|pair| off(pair[0]).max(off(pair[1])));
+    flat && (after <= leave.sag || after <= before)
 }
 
 /// Whether the object's border may run along the edge `cd` in place of the one that `old` surround: the edge is not there

@@ -81,6 +81,26 @@ impl Surfaces<'_> {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// How far the middle of a face with different labels on its sides is from where it should be \[mm\]: the object's surface
+    /// if it bounds the object, else its border, or the nearest one where it stands for none.
+    pub fn off(&self, piece: &Workpiece, face: [u32; 3], outer: bool) -> f64 {
+        let middle = face.iter().map(|&v| piece.points[v as usize]).sum::<Vec3>() / 3.0;
+        if outer {
+            let over_a_hole = face.iter().any(|&v| piece.anchors[v as usize].is_some());
+            return if over_a_hole {
+                0.0
+            } else {
+                self.solid.closest(&middle).distance
+            };
+        }
+        let bits = piece.bits(face) >> FIRST_INTERFACE_BIT << FIRST_INTERFACE_BIT;
+        if bits == 0 {
+            self.nearest_border(&middle)
+        } else {
+            self.farthest(bits, &middle)
+        }
+    }
+
     /// The place near `x` on all surfaces `bits`; `None` if none is found.
     pub fn onto(&self, bits: u128, mut x: Vec3) -> Option<Vec3> {
         self.onto_planes(bits, &mut x);
