@@ -78,7 +78,8 @@ pub(super) fn collapse(
         return None;
     }
     let home = piece.anchors[a as usize].is_some() && piece.on[b as usize] >> SURFACE_BIT & 1 == 1;
-    let far = |bit: u32| surfaces.farthest(1 << bit, &target) > leave.slack && !(home && bit == SURFACE_BIT);
+    let far =
+        |bit: u32| surfaces.farthest(1 << bit, on, &target) > leave.slack && !(home && bit == SURFACE_BIT);
     if each(leaves).any(far) || walls.iter().any(|w| spoils(piece, surfaces, [a, b], w, leave)) {
         return None;
     }

@@ -16,6 +16,8 @@ const ROUNDS: [usize; 2] = [8, 10];
 const AIM: f64 = 1.8;
 /// And the last ones by this: rounding must not miss it.
 const MARGIN: f64 = 1.02;
+/// Before the first round vertices go to their surfaces where that leaves this share of the bound; the rounds mend the rest.
+const SETTLED: f64 = 0.3;
 /// How far the middle of a face may be from its surface, over the edge length, where vertices may not leave theirs at all.
 const SAG: f64 = 0.1;
 /// The cosine of the angle by which faces of borders may turn, in the first rounds and in those that may leave surfaces.
@@ -27,6 +29,12 @@ const GAIN: f64 = 1e-3;
 /// `slack` \[mm\].
 pub(super) fn improve(piece: &mut Workpiece, surfaces: &Surfaces, bound_deg: f64, slack: f64) {
     let sine = |angle: f64| angle.min(60.0).to_radians().sin();
+    surfaces.settle(piece, SETTLED * sine(bound_deg));
+    rounds(piece, surfaces, sine, bound_deg, slack);
+    surfaces.settle(piece, sine(MARGIN * bound_deg));
+}
+
+fn rounds(piece: &mut Workpiece, surfaces: &Surfaces, sine: impl Fn(f64) -> f64, bound_deg: f64, slack: f64) {
     for round in 0..ROUNDS[0] + ROUNDS[1] {
         let share = if round < ROUNDS[0] {
             0.0
@@ -50,6 +58,9 @@ pub(super) fn improve(piece: &mut Workpiece, surfaces: &Surfaces, bound_deg: f64
             if piece.is_alive(t) && piece.sine(t) < goal && mend(piece, surfaces, t, leave) {
                 changed += 1;
             }
+        }
+        if round + 1 == ROUNDS[0] {
+            surfaces.settle(piece, sine(MARGIN * bound_deg));
         }
         if changed == 0 && (share == 1.0 || slack == 0.0 && share > 0.0) {
             return;

@@ -114,7 +114,7 @@ fn border_distance(piece: &Workpiece, surfaces: &Surfaces) -> f64 {
             let bits = piece.bits([v, edge[0], edge[1]]) >> FIRST_INTERFACE_BIT << FIRST_INTERFACE_BIT;
             let distance = |x: &Vec3| {
                 each(bits)
-                    .map(|bit| surfaces.farthest(1 << bit, x))
+                    .map(|bit| surfaces.farthest(1 << bit, 0, x))
                     .fold(f64::INFINITY, f64::min)
                     .min(if bits == 0 {
                         surfaces.nearest_border(x)

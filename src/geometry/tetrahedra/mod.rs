@@ -259,11 +259,13 @@ pub fn tetrahedral_mesh(
             point: complex.centroid(&complex.tets[t]).into(),
         });
     }
+    let planes = [low.x, high.x, low.y, high.y, low.z, high.z];
     let surfaces = Surfaces {
         solid,
         borders: &borders,
-        planes: [low.x, high.x, low.y, high.y, low.z, high.z],
+        planes,
         edge: options.edge_mm,
+        rest: surfaces::off_the_bounds(solid, &planes),
     };
     let mut piece = Workpiece::new(&complex, &labels);
     drop(complex);

@@ -15,6 +15,7 @@ use super::workpiece::Workpiece;
 use crate::geometry::Solid;
 use crate::geometry::cells::Border;
 use crate::geometry::cutting::complex::{FIRST_INTERFACE_BIT, SURFACE_BIT};
+use crate::geometry::tree::TriangleTree;
 use crate::math::Vec3;
 
 /// Steps back to the surfaces.
@@ -34,26 +35,50 @@ pub(super) struct Surfaces<'a> {
     pub planes: [f64; 6],
     /// Edge length \[mm\].
     pub edge: f64,
+    /// The object's surface without what lies in the planes of its bounds. A vertex in such a plane that is also on the
+    /// surface is on the rim, and would slide off it if the flat side counted.
+    pub rest: TriangleTree,
 }
 
+/// The triangles of a solid's surface that do not lie in a plane of its bounds.
+pub(super) fn off_the_bounds(solid: &Solid, planes: &[f64; 6]) -> TriangleTree {
+    let mesh = solid.mesh();
+    let near = 1e-6 * solid.size().norm();
+    let flat = |corners: &[Vec3; 3]| {
+        let on = |plane: usize| {
+            corners
+                .iter()
+                .all(|x| (x[plane / 2] - planes[plane]).abs() <= near)
+        };
+        (0..6).any(on)
+    };
+    let all = (0..mesh.triangles.len()).map(|t| mesh.corners(t));
+    let rest: Vec<[Vec3; 3]> = all.filter(|corners| !flat(corners)).collect();
+    TriangleTree::new(&rest)
+}
+
+/// The bits of the planes of the bounds.
+const PLANES: u128 = (1 << SURFACE_BIT) - 1;
+
 impl Surfaces<'_> {
-    /// Signed distance \[mm\] from the surface of a bit, and its unit normal there.
-    fn distance(&self, bit: u32, x: &Vec3) -> (f64, Vec3) {
+    /// Distance \[mm\] from the surface of a bit, and its unit normal there, for a vertex that is `on` these surfaces.
+    fn distance(&self, bit: u32, on: u128, x: &Vec3) -> (f64, Vec3) {
         if bit < SURFACE_BIT {
             let normal = Vec3::ith(bit as usize / 2, 1.0);
             return (x.dot(&normal) - self.planes[bit as usize], normal);
         }
         if bit == SURFACE_BIT {
-            let closest = self.solid.closest(x);
+            let rim = if on & PLANES == 0 {
+                None
+            } else {
+                self.rest.closest(x)
+            };
+            let closest = rim.unwrap_or_else(|| self.solid.closest(x));
             let away = x - closest.point;
             return if closest.distance > 1e-9 * self.edge {
                 (closest.distance, away / closest.distance)
             } else {
-                let [a, b, c] = self.solid.mesh().corners(closest.triangle as usize);
-                (
-                    0.0,
-                    (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::z),
-                )
+                (0.0, Vec3::zeros())
             };
         }
         let level = &self.borders[(bit - FIRST_INTERFACE_BIT) as usize];
@@ -67,17 +92,17 @@ impl Surfaces<'_> {
         }
     }
 
-    /// How far `x` is from the farthest of the surfaces `bits` \[mm\].
-    pub fn farthest(&self, bits: u128, x: &Vec3) -> f64 {
+    /// How far `x` is from the farthest of the surfaces `bits`, among all those that a vertex is `on` \[mm\].
+    pub fn farthest(&self, bits: u128, on: u128, x: &Vec3) -> f64 {
         each(bits)
-            .map(|bit| self.distance(bit, x).0.abs())
+            .map(|bit| self.distance(bit, on, x).0.abs())
             .fold(0.0, f64::max)
     }
 
     /// How far `x` is from the nearest border between cells \[mm\].
     pub fn nearest_border(&self, x: &Vec3) -> f64 {
         (0..self.borders.len() as u32)
-            .map(|i| self.distance(FIRST_INTERFACE_BIT + i, x).0.abs())
+            .map(|i| self.distance(FIRST_INTERFACE_BIT + i, 0, x).0.abs())
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -97,7 +122,7 @@ impl Surfaces<'_> {
         if bits == 0 {
             self.nearest_border(&middle)
         } else {
-            self.farthest(bits, &middle)
+            self.farthest(bits, 0, &middle)
         }
     }
 
@@ -112,7 +137,7 @@ impl Surfaces<'_> {
             let (mut basis, mut farthest) = ([Vec3::zeros(); 3], 0.0_f64);
             let mut found = 0;
             for bit in each(bits) {
-                let (distance, normal) = self.distance(bit, &x);
+                let (distance, normal) = self.distance(bit, bits, &x);
                 farthest = farthest.max(distance.abs());
                 let known = &basis[..found];
                 let rest = known.iter().fold(normal, |rest, q| rest - q * q.dot(&normal));
@@ -130,7 +155,7 @@ impl Surfaces<'_> {
             x += step;
             self.onto_planes(bits, &mut x);
         }
-        (self.farthest(bits, &x) <= ON * self.edge).then_some(x)
+        (self.farthest(bits, bits, &x) <= ON * self.edge).then_some(x)
     }
 
     fn onto_planes(&self, bits: u128, x: &mut Vec3) {
@@ -151,8 +176,31 @@ impl Surfaces<'_> {
             firm &= !(1 << SURFACE_BIT);
         }
         let x = self.onto(firm, x)?;
-        let near = |bit: u32| self.distance(bit, &x).0.abs() <= slack;
+        let near = |bit: u32| self.distance(bit, on, &x).0.abs() <= slack;
         each(on & loose).all(near).then_some(x)
+    }
+
+    /// Moves vertices onto surfaces that they are only near, as far as the least sine around them stays above `least` or grows.
+    ///
+    /// A cut takes the surface as straight along every edge, so a border that crosses an edge on a curved surface leaves its
+    /// vertex on the chord; and a vertex that had to leave its surfaces may not have to any more.
+    pub fn settle(&self, piece: &mut Workpiece, least: f64) {
+        for v in 0..piece.points.len() as u32 {
+            let (on, home) = (piece.on[v as usize], piece.points[v as usize]);
+            if on == 0 || piece.anchors[v as usize].is_some() || piece.star(v).is_empty() {
+                continue;
+            }
+            let Some(place) = self.onto(on, home) else {
+                piece.loose[v as usize] |= on & !PLANES;
+                continue;
+            };
+            let before = piece.worst(piece.star(v));
+            let settled = [1.0, 0.75, 0.5, 0.25, 0.0].into_iter().find(|share| {
+                piece.relocate(v, home + (place - home) * *share);
+                piece.worst(piece.star(v)) >= least.min(before)
+            });
+            piece.loose[v as usize] = if settled == Some(1.0) { 0 } else { on & !PLANES };
+        }
     }
 
     /// Anchors the vertices of the object's border that lie over a hole of the surface.
