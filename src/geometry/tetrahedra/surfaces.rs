@@ -24,6 +24,8 @@ const STEPS: usize = 6;
 pub(super) const ON: f64 = 1e-6;
 /// A vertex of the object's border that is this far from the object's surface, over the edge length, lies over a hole.
 const OVER_A_HOLE: f64 = 0.02;
+/// The same for one that a border left on a chord of the surface.
+const CHORD: f64 = 0.3;
 /// The share of a normal that must be new for it to count.
 const NEW: f64 = 0.05;
 
@@ -205,9 +207,15 @@ impl Surfaces<'_> {
 
     /// Anchors the vertices of the object's border that lie over a hole of the surface.
     pub fn anchor(&self, piece: &mut Workpiece) {
+        if self.solid.health().is_closed() {
+            return;
+        }
         for v in 0..piece.points.len() {
+            // A border that crosses an edge of the cut surface leaves its vertex on the chord, less far away than a hole is wide.
+            let on_chord = piece.on[v] >> FIRST_INTERFACE_BIT != 0;
+            let least = if on_chord { CHORD } else { OVER_A_HOLE };
             let over = piece.on[v] >> SURFACE_BIT & 1 == 1
-                && self.solid.closest(&piece.points[v]).distance > OVER_A_HOLE * self.edge;
+                && self.solid.closest(&piece.points[v]).distance > least * self.edge;
             piece.anchors[v] = over.then_some(piece.points[v]);
         }
     }
