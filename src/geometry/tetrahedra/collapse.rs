@@ -80,7 +80,10 @@ pub(super) fn collapse(
     let home = piece.anchors[a as usize].is_some() && piece.on[b as usize] >> SURFACE_BIT & 1 == 1;
     let far =
         |bit: u32| surfaces.farthest(1 << bit, on, &target) > leave.slack && !(home && bit == SURFACE_BIT);
-    if each(leaves).any(far) || walls.iter().any(|w| spoils(piece, surfaces, [a, b], w, leave)) {
+    let labels = || new.iter().map(|(_, label)| *label);
+    let strays = !surfaces.belongs(&target, labels(), leave.slack)
+        && surfaces.belongs(&piece.points[a as usize], labels(), leave.slack);
+    if strays || each(leaves).any(far) || walls.iter().any(|w| spoils(piece, surfaces, [a, b], w, leave)) {
         return None;
     }
     Some(Collapse {

@@ -262,6 +262,7 @@ pub fn tetrahedral_mesh(
     let planes = [low.x, high.x, low.y, high.y, low.z, high.z];
     let surfaces = Surfaces {
         solid,
+        cells: followed,
         borders: &borders,
         planes,
         edge: options.edge_mm,

@@ -13,7 +13,7 @@
 
 use super::workpiece::Workpiece;
 use crate::geometry::Solid;
-use crate::geometry::cells::Border;
+use crate::geometry::cells::{Border, Cells};
 use crate::geometry::cutting::complex::{FIRST_INTERFACE_BIT, SURFACE_BIT};
 use crate::geometry::tree::TriangleTree;
 use crate::math::Vec3;
@@ -32,6 +32,8 @@ const NEW: f64 = 0.05;
 /// All surfaces that a vertex can be on.
 pub(super) struct Surfaces<'a> {
     pub solid: &'a Solid,
+    /// The cells whose borders are followed.
+    pub cells: Option<&'a Cells>,
     pub borders: &'a [Border<'a>],
     /// The planes of the bounds: lower and upper coordinate along x, y, z.
     pub planes: [f64; 6],
@@ -166,6 +168,15 @@ impl Surfaces<'_> {
         }
     }
 
+    /// Whether a corner of tetrahedra of these labels may stand at `x`: in their cells, or out of them by less than `slack` \[mm\].
+    /// The mesh does not see to that itself where the tip of a cell has given way to its neighbour.
+    pub fn belongs(&self, x: &Vec3, labels: impl Iterator<Item = u32>, slack: f64) -> bool {
+        let Some(cells) = self.cells else { return true };
+        let own = cells.cell_at(x).map(|cell| cell as u32);
+        let mut others = labels.filter(|label| own != Some(*label));
+        others.next().is_none() || self.nearest_border(x) <= slack.max(ON * self.edge)
+    }
+
     /// Where vertex `v` may go when it wants to go to `x`: on its surfaces, or near them where it is loose by up to
     /// `slack` \[mm\].
     pub fn allowed(&self, piece: &Workpiece, v: u32, x: Vec3, slack: f64) -> Option<Vec3> {
@@ -179,7 +190,10 @@ impl Surfaces<'_> {
         }
         let x = self.onto(firm, x)?;
         let near = |bit: u32| self.distance(bit, on, &x).0.abs() <= slack;
-        each(on & loose).all(near).then_some(x)
+        let labels = || piece.star(v).iter().map(|&t| piece.label(t));
+        let stays =
+            self.belongs(&x, labels(), slack) || !self.belongs(&piece.points[v as usize], labels(), slack);
+        (stays && each(on & loose).all(near)).then_some(x)
     }
 
     /// Moves vertices onto surfaces that they are only near, as far as the least sine around them stays above `least` or grows.
