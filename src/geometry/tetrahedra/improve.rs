@@ -5,6 +5,7 @@
 //! the small). First everything stays on its surfaces; what is still bad then may leave them by a growing slack.
 
 use super::collapse::{Leave, collapse};
+use super::rims::sharpen;
 use super::rings::{removal, two_to_three};
 use super::smooth::smooth;
 use super::surfaces::Surfaces;
@@ -18,6 +19,8 @@ const AIM: f64 = 1.8;
 const MARGIN: f64 = 1.02;
 /// Before the first round vertices go to their surfaces where that leaves this share of the bound; the rounds mend the rest.
 const SETTLED: f64 = 0.3;
+/// How often each vertex may look for a rim; the neighbours of one that has moved look again.
+const SHARPENINGS: usize = 2;
 /// How far the middle of a face may be from its surface, over the edge length, where vertices may not leave theirs at all.
 const SAG: f64 = 0.1;
 /// The cosine of the angle by which faces of borders may turn, in the first rounds and in those that may leave surfaces.
@@ -30,8 +33,14 @@ const GAIN: f64 = 1e-3;
 pub(super) fn improve(piece: &mut Workpiece, surfaces: &Surfaces, bound_deg: f64, slack: f64) {
     let sine = |angle: f64| angle.min(60.0).to_radians().sin();
     surfaces.settle(piece, SETTLED * sine(bound_deg));
+    for _ in 0..SHARPENINGS {
+        sharpen(piece, surfaces, SETTLED * sine(bound_deg));
+    }
     rounds(piece, surfaces, sine, bound_deg, slack);
     surfaces.settle(piece, sine(MARGIN * bound_deg));
+    for _ in 0..SHARPENINGS {
+        sharpen(piece, surfaces, sine(MARGIN * bound_deg));
+    }
 }
 
 fn rounds(piece: &mut Workpiece, surfaces: &Surfaces, sine: impl Fn(f64) -> f64, bound_deg: f64, slack: f64) {

@@ -22,6 +22,7 @@ mod collapse;
 mod improve;
 mod manifold;
 mod measure;
+mod rims;
 mod rings;
 mod shape;
 mod smooth;

@@ -137,22 +137,10 @@ impl Surfaces<'_> {
             return Some(x);
         }
         for _ in 0..STEPS {
-            let mut step = Vec3::zeros();
-            let (mut basis, mut farthest) = ([Vec3::zeros(); 3], 0.0_f64);
-            let mut found = 0;
-            for bit in each(bits) {
-                let (distance, normal) = self.distance(bit, bits, &x);
-                farthest = farthest.max(distance.abs());
-                let known = &basis[..found];
-                let rest = known.iter().fold(normal, |rest, q| rest - q * q.dot(&normal));
-                let length = rest.norm();
-                if length > NEW && found < 3 {
-                    let q = rest / length;
-                    step -= q * ((distance + normal.dot(&step)) / length);
-                    basis[found] = q;
-                    found += 1;
-                }
-            }
+            let mut farthest = 0.0_f64;
+            let planes = each(bits).map(|bit| self.distance(bit, bits, &x));
+            let seen = planes.inspect(|(distance, _)| farthest = farthest.max(distance.abs()));
+            let (step, _) = step_onto(seen, NEW);
             if farthest <= ON * self.edge {
                 return Some(x);
             }
@@ -233,6 +221,25 @@ impl Surfaces<'_> {
             piece.anchors[v] = over.then_some(piece.points[v]);
         }
     }
+}
+
+/// The shortest step onto planes, given by distance from each and its unit normal, and how many of them are different: a
+/// normal less than the share `new` of which is outside the span of those before it is left out.
+pub(super) fn step_onto(planes: impl Iterator<Item = (f64, Vec3)>, new: f64) -> (Vec3, usize) {
+    let (mut step, mut basis, mut rank) = (Vec3::zeros(), [Vec3::zeros(); 3], 0);
+    for (distance, normal) in planes {
+        let rest = basis[..rank]
+            .iter()
+            .fold(normal, |rest, q| rest - q * q.dot(&normal));
+        let length = rest.norm();
+        if length > new && rank < 3 {
+            let q = rest / length;
+            step -= q * ((distance + normal.dot(&step)) / length);
+            basis[rank] = q;
+            rank += 1;
+        }
+    }
+    (step, rank)
 }
 
 /// The numbers of the bits that are set, ascending.
