@@ -12,7 +12,7 @@ use super::surfaces::Surfaces;
 use super::workpiece::Workpiece;
 
 /// Rounds that keep to the surfaces, and rounds that may leave them.
-const ROUNDS: [usize; 2] = [8, 10];
+const ROUNDS: [usize; 2] = [8, 20];
 /// The first rounds aim higher than the bound, by this factor on the angle: what they leave is far from it.
 const AIM: f64 = 1.8;
 /// And the last ones by this: rounding must not miss it.
@@ -33,9 +33,6 @@ const GAIN: f64 = 1e-3;
 pub(super) fn improve(piece: &mut Workpiece, surfaces: &Surfaces, bound_deg: f64, slack: f64) {
     let sine = |angle: f64| angle.min(60.0).to_radians().sin();
     surfaces.settle(piece, SETTLED * sine(bound_deg));
-    for _ in 0..SHARPENINGS {
-        sharpen(piece, surfaces, SETTLED * sine(bound_deg));
-    }
     rounds(piece, surfaces, sine, bound_deg, slack);
     surfaces.settle(piece, sine(MARGIN * bound_deg));
     for _ in 0..SHARPENINGS {
