@@ -186,3 +186,66 @@ fn link(piece: &Workpiece, v: u32) -> (Vec<u32>, Vec<[u32; 2]>) {
     rim.dedup();
     (near, rim)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Solid;
+    use crate::geometry::cutting::complex::{Complex, even_lines};
+    use crate::geometry::shapes::block;
+    use crate::geometry::tetrahedra::surfaces::off_the_bounds;
+
+    /// Eight boxes of 1 mm, 27 vertices, number 13 in the middle; the planes are those of the bounds.
+    fn cube() -> Workpiece {
+        let (complex, _) =
+            Complex::lattice(&|_| -1.0, &even_lines((Vec3::zeros(), Vec3::repeat(2.0)), 1.0)).unwrap();
+        Workpiece::new(&complex, &vec![0; complex.tets.len()])
+    }
+
+    fn volume(piece: &Workpiece) -> f64 {
+        piece.alive().map(|t| piece.volume(t)).sum()
+    }
+
+    #[test]
+    fn only_sound_collapses_that_keep_the_surfaces_are_found() {
+        let solid = Solid::new(block(Vec3::repeat(2.0), 1.0).unwrap()).unwrap();
+        let planes = [0.0, 2.0, 0.0, 2.0, 0.0, 2.0];
+        let surfaces = Surfaces {
+            solid: &solid,
+            cells: None,
+            borders: &[],
+            planes,
+            // So that no new edge is too long.
+            edge: 2.0,
+            rest: off_the_bounds(&solid, &planes),
+        };
+        let leave = Leave {
+            slack: 0.0,
+            sag: 0.1,
+            turn: 0.5,
+        };
+        let mut piece = cube();
+        let number = |x: [f64; 3]| piece.points.iter().position(|p| *p == Vec3::from(x)).unwrap() as u32;
+        let [middle, face, edge, corner] =
+            [[1.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]].map(number);
+        let opposite = number([1.0, 1.0, 2.0]);
+        let found = |a, b| collapse(&piece, &surfaces, [a, b], leave, 0.01).is_some();
+        // Inwards a vertex would leave its plane, along an edge of the cube it stays on both.
+        assert!(!found(face, middle) && !found(edge, face) && !found(corner, edge));
+        assert!(found(edge, corner) && found(middle, face));
+        // With a slack of a whole edge the face's middle may go in, if the surface turns by less than 60°.
+        let wide = Leave {
+            slack: 1.0,
+            sag: 1.0,
+            turn: 0.5,
+        };
+        assert!(collapse(&piece, &surfaces, [face, middle], wide, 0.01).is_some());
+        // No volume is lost, and what goes into the face's middle leaves no way through the cube to the other side.
+        collapse(&piece, &surfaces, [middle, face], leave, 0.01)
+            .unwrap()
+            .perform(&mut piece);
+        assert!((volume(&piece) - 8.0).abs() < 1e-12);
+        assert!(piece.star(middle).is_empty());
+        assert!(!is_sound(&piece, face, opposite) || piece.around(face, opposite).is_empty());
+    }
+}

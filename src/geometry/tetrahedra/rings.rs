@@ -252,6 +252,76 @@ pub(super) fn two_to_three(piece: &Workpiece, t: u32, k: usize, least: f64) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Solid;
+    use crate::geometry::cutting::complex::{Complex, SURFACE_BIT, Tet};
+    use crate::geometry::shapes::block;
+    use crate::geometry::tree::TriangleTree;
+    use crate::math::Vec3;
+
+    /// Two tetrahedra at the triangle 0 1 2, apexes 3 above and 4 below.
+    fn two() -> Workpiece {
+        let third = 2.0 * std::f64::consts::PI / 3.0;
+        let around = |k: f64| Vec3::new((third * k).cos(), (third * k).sin(), 0.0);
+        let points = vec![
+            around(0.0),
+            around(1.0),
+            around(2.0),
+            Vec3::new(0.0, 0.0, 0.4),
+            Vec3::new(0.0, 0.0, -0.4),
+        ];
+        let tet = |v| Tet { v, class: 0 };
+        let complex = Complex {
+            on: vec![1 << SURFACE_BIT; 5],
+            points,
+            tets: vec![tet([0, 1, 2, 3]), tet([0, 2, 1, 4])],
+            sides: vec![Vec::new()],
+            boxes: Vec3::repeat(1.0),
+        };
+        Workpiece::new(&complex, &[7, 7])
+    }
+
+    /// Flat ones become three around the short axis, and those are not turned back; the volume stays.
+    #[test]
+    fn two_flat_tetrahedra_become_three_and_back() {
+        let mut piece = two();
+        let volume = |piece: &Workpiece| piece.alive().map(|t| piece.volume(t)).sum::<f64>();
+        let (whole, before) = (volume(&piece), piece.worst(&[0, 1]));
+        let exchange = two_to_three(&piece, 0, 3, before).unwrap();
+        assert!(exchange.sine > before);
+        exchange.perform(&mut piece);
+        let three: Vec<u32> = piece.alive().collect();
+        assert_eq!(three.len(), 3);
+        assert!(
+            three
+                .iter()
+                .all(|&t| piece.label(t) == 7 && piece.volume(t) > 0.0)
+        );
+        assert!((volume(&piece) - whole).abs() < 1e-15);
+        // Its way back makes two of the angles that were there, which is only better than nothing.
+        let solid = Solid::new(block(Vec3::repeat(2.0), 1.0).unwrap()).unwrap();
+        let surfaces = Surfaces {
+            solid: &solid,
+            cells: None,
+            borders: &[],
+            planes: [0.0, 2.0, 0.0, 2.0, 0.0, 2.0],
+            edge: 1.0,
+            rest: TriangleTree::default(),
+        };
+        let leave = Leave {
+            slack: 0.0,
+            sag: 0.1,
+            turn: 0.8,
+        };
+        assert!(removal(&piece, &surfaces, [3, 4], leave, before + 1e-9).is_none());
+        removal(&piece, &surfaces, [3, 4], leave, 0.0)
+            .unwrap()
+            .perform(&mut piece);
+        let two: Vec<u32> = piece.alive().collect();
+        assert!((piece.worst(&two) - before).abs() < 1e-12 && two.len() == 2);
+        assert!((volume(&piece) - whole).abs() < 1e-15);
+        // The rim of the triangle turns by far more than the surface may: no edge of it goes.
+        assert!(removal(&piece, &surfaces, [0, 1], leave, 0.0).is_none());
+    }
 
     #[test]
     fn tetrahedra_are_turned_evenly() {
