@@ -131,8 +131,11 @@ fn move_around(piece: &mut Workpiece, surfaces: &Surfaces, tet: [u32; 4]) -> boo
         .collect();
     near.sort_unstable();
     near.dedup();
-    near.into_iter()
-        .fold(false, |moved, v| smooth(piece, surfaces, v, 0.0) || moved)
+    let mut moved = false;
+    for v in near {
+        moved |= smooth(piece, surfaces, v, 0.0);
+    }
+    moved
 }
 
 /// Puts a vertex into the middle of an edge of a bad tetrahedron and moves it to where it is best, if all is better then.

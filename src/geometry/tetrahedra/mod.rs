@@ -192,7 +192,7 @@ pub enum MeshError {
         edge_mm: f64,
     },
     /// A part of the object in no cell.
-    #[error("the object at {point:?} mm is in no region; add one with `everywhere`")]
+    #[error("the object at {point:?} mm is in no region; add one without a shape, which takes the rest")]
     NoCell {
         /// Where.
         point: [f64; 3],
