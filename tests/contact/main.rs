@@ -1,4 +1,6 @@
-//! Contact against closed forms: Hertz, flat punch, Coulomb's law, and balance of forces.
+//! Contact against closed forms and balances: Hertz, flat punch, Coulomb's law, sums of forces.
 
+mod bodies;
+mod friction;
 mod half_space;
 mod support;

@@ -1,6 +1,8 @@
 //! Blocks, and one simulation with one law.
 
-use pliant::fem::contact::{ContactCurve, ContactOptions, ContactSolver, Level, RigidBody, Surface};
+use pliant::fem::contact::{
+    ContactCurve, ContactOptions, ContactSolver, Drive, Friction, Level, Pose, RigidBody, Shape, Surface,
+};
 use pliant::fem::equilibrium::Load;
 use pliant::fem::forces::Materials;
 use pliant::fem::model::{Constrained, Model};
@@ -80,4 +82,40 @@ pub fn simulate(
         })
         .collect();
     (curve, reactions)
+}
+
+/// A block of 16 × 16 × 8 mm, E = 0.1 MPa, in cubes of 2 mm, its bottom held.
+pub fn block() -> Model {
+    let mesh = VolumeMesh::cuboid(Vec3::new(16.0, 16.0, 8.0), [8, 8, 4], false);
+    model(mesh, |x| [x.z == 0.0; 3])
+}
+
+pub fn soft() -> Law {
+    Law::linear_isotropic(0.1, 0.3).unwrap()
+}
+
+/// A ball that presses from above, touching the block at (x, y).
+pub fn ball(radius_mm: f64, x: f64, y: f64, friction: Friction) -> RigidBody {
+    RigidBody::probe(
+        Shape::Sphere { radius_mm },
+        Pose::at(Vec3::new(x, y, 8.0 + radius_mm)).unwrap(),
+        -Vec3::z(),
+        friction,
+    )
+    .unwrap()
+}
+
+/// One level that moves all bodies; the load acts in full.
+pub fn level(drives: Vec<Drive>) -> Level {
+    Level {
+        load_factor: 1.0,
+        drives,
+    }
+}
+
+/// The largest difference of two fields, as a share of the largest vector \[–\].
+pub fn difference(a: &[Vec3], b: &[Vec3]) -> f64 {
+    let size = a.iter().map(Vec3::norm).fold(0.0, f64::max);
+    let off = a.iter().zip(b).map(|(a, b)| (a - b).norm());
+    off.fold(0.0, f64::max) / size
 }
