@@ -15,7 +15,7 @@
 //! Symbols: u displacement, s travel of a body along its direction d \[mm\], f force \[N\], F force that presses a body
 //! \[N\], N shape functions' values at a contact point, K tangent stiffness \[N/mm\].
 
-use super::body::RigidBody;
+use super::body::{Bond, RigidBody};
 use super::krylov::{dot, gmres, norm};
 use super::law::{Memory, Response, Status, response};
 use super::surface::Surface;
@@ -45,6 +45,8 @@ pub(super) struct State {
     pub across: Vec<Vec3>,
     /// What each pair remembers.
     pub memory: Vec<Memory>,
+    /// Translation of each body at the last equilibrium \[mm\].
+    pub from: Vec<Vec3>,
 }
 
 /// The forces that act at a moment.
@@ -179,19 +181,21 @@ impl<'a> Balance<'a> {
             travel: vec![0.0; self.bodies.len()],
             across: vec![Vec3::zeros(); self.bodies.len()],
             memory: Vec::new(),
+            from: vec![Vec3::zeros(); self.bodies.len()],
         };
-        state.memory = self
-            .pairs
-            .iter()
-            .map(|pair| Memory {
+        let at_start = |pair: &Pair| {
+            let place = self.rest[pair.point];
+            let distance = self.bodies[pair.body].distance(&Vec3::zeros(), &place);
+            Memory {
                 normal_n: 0.0,
                 tangential_n: Vec3::zeros(),
-                place: self.rest[pair.point],
-                rest_gap_mm: self.bodies[pair.body]
-                    .distance(&Vec3::zeros(), &self.rest[pair.point])
-                    .value,
-            })
-            .collect();
+                place,
+                rest_gap_mm: distance.value,
+                gap_mm: distance.value,
+                normal: distance.gradient,
+            }
+        };
+        state.memory = self.pairs.iter().map(at_start).collect();
         state
     }
 
@@ -219,10 +223,14 @@ impl<'a> Balance<'a> {
         let memory = &state.memory[n];
         let free = mobility.map(|m| f64::from(m >= LEAST_MOBILITY));
         let moved = (x - translation - memory.place).component_mul(&free);
+        let share = match body.bond {
+            Bond::Unilateral => memory.touching_share(&(translation - state.from[pair.body])),
+            Bond::Bilateral => 1.0,
+        };
         let penalty = self.penalty[pair.point];
         Some(response(
             &distance,
-            &moved,
+            (&moved, share),
             memory,
             body.friction,
             body.bond,
@@ -326,11 +334,20 @@ impl<'a> Balance<'a> {
         self.update_multipliers(state);
         for n in 0..self.pairs.len() {
             let (x, translation) = self.relative_place(state, &self.pairs[n]);
-            state.memory[n].place = x - translation;
-            state.memory[n].tangential_n = Vec3::zeros();
+            let distance = self.bodies[self.pairs[n].body].distance(&translation, &x);
+            let memory = &mut state.memory[n];
+            memory.place = x - translation;
+            memory.tangential_n = Vec3::zeros();
+            memory.gap_mm = distance.value;
+            memory.normal = distance.gradient;
         }
         for (n, r) in &self.touching {
             state.memory[*n].tangential_n = r.tangential_n;
+            // Touching to the tolerance is touching.
+            state.memory[*n].gap_mm = 0.0;
+        }
+        for body in 0..self.bodies.len() {
+            state.from[body] = self.translation(state, body);
         }
     }
 }
@@ -500,6 +517,20 @@ impl Balance<'_> {
         self.model.gather(&forces, &mut contact);
         y.iter_mut().zip(&contact).for_each(|(y, c)| *y -= c);
         y
+    }
+
+    /// The largest share of a step in which no pressed body can jump over a point.
+    pub fn longest_share(&self, step: &[f64]) -> f64 {
+        let unknowns = self.model.unknowns();
+        self.loose.iter().enumerate().fold(1.0, |share, (k, &body)| {
+            let way = step[unknowns + k].abs();
+            let depth = self.bodies[body].shape.depth_mm();
+            if way > depth {
+                share.min(depth / way)
+            } else {
+                share
+            }
+        })
     }
 
     /// State after `share` of a step.

@@ -236,8 +236,9 @@ impl<'a> ContactSolver<'a> {
             push: level.drives.iter().map(|d| d.push).collect(),
             across: level.drives.iter().map(|d| d.across_mm).collect(),
         };
-        let least = 0.999 * 0.5f64.powi(run.options.halvings.min(60) as i32);
-        let (mut done, mut increment, mut residual) = (0.0, 1.0_f64, 0.0);
+        let most = self.longest_increment(&start, &end);
+        let least = 0.999 * most * 0.5f64.powi(run.options.halvings.min(60) as i32);
+        let (mut done, mut increment, mut residual) = (0.0, most, 0.0);
         while done < 1.0 {
             if (run.cancelled)() {
                 return (done, Err(Stop::Cancelled));
@@ -256,7 +257,7 @@ impl<'a> ContactSolver<'a> {
                     path.previous = Some((old, from.change(&to)));
                     path.load_factor = to.load_factor;
                     done = share;
-                    increment *= 2.0;
+                    increment = (2.0 * increment).min(most);
                 }
                 Err(stop) => {
                     increment = 0.5 * (share - done);
@@ -270,6 +271,23 @@ impl<'a> ContactSolver<'a> {
             }
         }
         (1.0, Ok(residual))
+    }
+
+    /// The share of the way in which no body can jump over a point of the object.
+    fn longest_increment(&self, start: &Moment, end: &Moment) -> f64 {
+        let mut most = 1.0_f64;
+        for (b, body) in self.balance.bodies.iter().enumerate() {
+            let along = match (start.push[b], end.push[b]) {
+                (Push::Travel(from), Push::Travel(to)) => to - from,
+                _ => 0.0,
+            };
+            let way = (body.direction * along + end.across[b] - start.across[b]).norm();
+            let depth = body.shape.depth_mm();
+            if way > depth {
+                most = most.min(depth / way);
+            }
+        }
+        most
     }
 
     /// Where the drives of `level` are now: travels as they are, forces as they act.
@@ -492,7 +510,7 @@ impl ContactSolver<'_> {
         let start = self.balance.slope(step);
         let (mut low, mut low_slope) = (0.0, start);
         let mut high: Option<(f64, f64)> = None;
-        let mut share = 1.0;
+        let mut share = self.balance.longest_share(step);
         let mut best: Option<(State, Imbalance, f64)> = None;
         for _ in 0..TRIES {
             let next = self.balance.moved(state, step, share);
