@@ -208,8 +208,8 @@ impl Shape {
         }
     }
 
-    /// How deep inside a place can be \[mm\]; infinite for a plane and a shaft. A body that moves no farther at a time cannot
-    /// jump over a point.
+    /// How deep inside a place can be \[mm\]; infinite for a plane and a shaft. A body that moves half as far at
+    /// a time cannot jump over a point.
     pub fn depth_mm(&self) -> f64 {
         match self {
             Shape::Sphere { radius_mm } => *radius_mm,
