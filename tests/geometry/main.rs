@@ -6,3 +6,4 @@ mod scans;
 mod shapes;
 mod solids;
 mod threemf;
+mod volumes;
