@@ -212,7 +212,7 @@ const MISTAKES: [(&str, &str, &[&str]); 12] = [
     ),
     ("17 2 4 6 8", "17 2 4 6 -8", &["line 48", "\"-8\""]),
     ("17 2 4 6 8", "17 2 4 6 6", &["element 17", "flat", "mesh again"]),
-    ("0 0 10 0 0 0", "3 3 0 0 0 0", &["element 17", "flat"]),
+    ("\n0 0 10 0 0 0", "\n3 3 0 0 0 0", &["element 17", "flat"]),
     (
         "2 9\n1 1 1 1",
         "2 8\n1 1 1 1",
@@ -221,7 +221,7 @@ const MISTAKES: [(&str, &str, &[&str]); 12] = [
     (
         "2 4 2 1\n4 2 4 6",
         "2 4 99 1\n4 2 4 6",
-        &["line 46", "element type 99"],
+        &["line 45", "element type 99"],
     ),
     ("4\n6\n8\n7\n", "4\n6\n8\n4\n", &["node 4 a second time"]),
     ("3 1 4 1\n17", "3 1 4 100000\n17", &["cut off", "100000"]),
