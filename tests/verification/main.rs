@@ -2,4 +2,5 @@
 
 mod elements;
 mod equilibrium;
+mod laws;
 mod support;
