@@ -2,9 +2,9 @@
 //! them is asked for.
 
 use super::setup;
-use super::volume_scene::text::{MaterialTable, span_of};
 use crate::material::database::Database;
-use crate::material::law::{Law, LawError};
+use crate::material::law::Law;
+use crate::material::law_text::LawText;
 use crate::units;
 use crate::units::document::{Document, Mistake};
 use std::path::Path;
@@ -40,7 +40,7 @@ pub(super) struct Shelf<'a> {
 impl<'a> Shelf<'a> {
     pub fn new(
         document: &'a Document,
-        texts: &[Spanned<MaterialTable>],
+        texts: &[Spanned<LawText>],
         folder: &'a Path,
     ) -> Result<Shelf<'a>, Mistake> {
         let mut own: Vec<SceneMaterial> = Vec::new();
@@ -48,7 +48,8 @@ impl<'a> Shelf<'a> {
             let material = read_material(document, text)?;
             if own.iter().any(|m| m.id == material.id) {
                 let message = format!("material {:?} stands twice", material.id);
-                return Err(document.mistake(&span_of(text, "id"), message));
+                let id = text.get_ref().id.as_ref().map(Spanned::span);
+                return Err(document.mistake(&id.unwrap_or_else(|| text.span()), message));
             }
             own.push(material);
         }
@@ -100,70 +101,33 @@ impl<'a> Shelf<'a> {
     }
 }
 
-/// A text under a key of a material.
-fn text_of(
-    document: &Document,
-    table: &Spanned<MaterialTable>,
-    key: &str,
-) -> Result<Option<Spanned<String>>, Mistake> {
-    let Some(value) = table.get_ref().get(key) else {
-        return Ok(None);
+fn read_material(document: &Document, text: &Spanned<LawText>) -> Result<SceneMaterial, Mistake> {
+    let (span, text) = (text.span(), text.get_ref());
+    let Some(id) = &text.id else {
+        return Err(document.mistake(&span, "missing field `id` of [[material]]"));
     };
-    match value.get_ref().as_str() {
-        Some(text) => Ok(Some(Spanned::new(value.span(), text.to_string()))),
-        None => {
-            let message = format!("found {key} = {}, expected a text in quotes", value.get_ref());
-            Err(document.mistake(&value.span(), message))
-        }
-    }
-}
-
-fn read_material(document: &Document, table: &Spanned<MaterialTable>) -> Result<SceneMaterial, Mistake> {
-    let Some(id) = text_of(document, table, "id")? else {
-        return Err(document.mistake(&table.span(), "missing field `id` of [[material]]"));
-    };
-    let density = match text_of(document, table, "density")? {
-        Some(text) => Some(super::volume_scene::sets::density(document, &text)?),
+    let law = text
+        .law()
+        .map_err(|e| document.mistake(&e.span.clone().unwrap_or(span), e.to_string()))?;
+    let density = match &text.density {
+        Some(text) => Some(density(document, text)?),
         None => None,
     };
     Ok(SceneMaterial {
-        id: id.into_inner(),
-        law: linear_law(document, table)?,
+        id: id.get_ref().clone(),
+        law,
         density,
         from_database: false,
         synthetic: false,
     })
 }
 
-fn linear_law(document: &Document, table: &Spanned<MaterialTable>) -> Result<Law, Mistake> {
-    let known = ["id", "density", "young", "poisson"];
-    if let Some((key, value)) = table.get_ref().iter().find(|(k, _)| !known.contains(&k.as_str())) {
-        let message = format!("unknown field `{key}`, expected one of {known:?}");
-        return Err(document.mistake(&value.span(), message));
+/// A density \[t/mm³\] above zero.
+fn density(document: &Document, text: &Spanned<String>) -> Result<f64, Mistake> {
+    let value = setup::quantity(document, text, units::density)?;
+    if value > 0.0 {
+        return Ok(value);
     }
-    let missing =
-        |key: &str| document.mistake(&table.span(), format!("missing field `{key}` of [[material]]"));
-    let young = text_of(document, table, "young")?.ok_or_else(|| missing("young"))?;
-    let young_mpa = setup::quantity(document, &young, units::stress)?;
-    let value = table.get_ref().get("poisson").ok_or_else(|| missing("poisson"))?;
-    let poisson = number(value.get_ref()).ok_or_else(|| {
-        let message = format!("found poisson = {}, expected a number", value.get_ref());
-        document.mistake(&value.span(), message)
-    })?;
-    Law::linear_isotropic(young_mpa, poisson).map_err(|e| {
-        let key = if matches!(e, LawError::Poisson(_)) {
-            "poisson"
-        } else {
-            "young"
-        };
-        document.mistake(&span_of(table, key), e.to_string())
-    })
-}
-
-fn number(value: &toml::Value) -> Option<f64> {
-    match value {
-        toml::Value::Float(x) => Some(*x),
-        toml::Value::Integer(i) => Some(*i as f64),
-        _ => None,
-    }
+    let message = format!("found {:?}, expected a density above zero", text.get_ref());
+    Err(document.mistake(&text.span(), message))
 }

@@ -2,9 +2,9 @@
 
 use super::regions::RegionText;
 use super::setup::{ContactText, CylinderText, FixedText, ObjectText};
-use super::volume_scene::text::MaterialTable;
 use crate::geometry::axis::Axis;
 use crate::geometry::cells::Style;
+use crate::material::law_text::LawText;
 use crate::units::document::{Document, Mistake};
 use serde::Deserialize;
 use toml::Spanned;
@@ -26,7 +26,7 @@ pub struct SceneText {
     pub region: Spanned<Vec<SceneRegionText>>,
     /// Materials of this scene alone.
     #[serde(default)]
-    pub material: Vec<Spanned<MaterialTable>>,
+    pub material: Vec<Spanned<LawText>>,
     /// Known forces, each a case of its own.
     #[serde(default)]
     pub press: Vec<PressText>,

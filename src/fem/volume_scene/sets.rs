@@ -1,6 +1,6 @@
 //! The mesh of a scene, its sets of nodes and its regions of elements.
 
-use super::super::setup::{ShapeText, quantity};
+use super::super::setup::ShapeText;
 use super::text::{MeshText, RegionText, SetText};
 use crate::geometry::boundary::boundary_faces;
 use crate::geometry::files::{Group, VolumeFile, open_volume, volume_from_arrays};
@@ -296,17 +296,4 @@ pub fn read_regions(
         return Err(document.mistake(&texts.span(), message));
     }
     Ok(region_of)
-}
-
-/// A density \[t/mm³\] above zero.
-///
-/// # Errors
-/// [`Mistake`] at the text's place.
-pub fn density(document: &Document, text: &Spanned<String>) -> Result<f64, Mistake> {
-    let value = quantity(document, text, crate::units::density)?;
-    if value > 0.0 {
-        return Ok(value);
-    }
-    let message = format!("found {:?}, expected a density above zero", text.get_ref());
-    Err(document.mistake(&text.span(), message))
 }

@@ -3,6 +3,7 @@
 
 use super::super::scene_text::SolverText;
 use super::super::setup::CylinderText;
+use crate::material::law_text::LawText;
 use crate::units::document::{Document, Mistake};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -23,7 +24,7 @@ pub struct VolumeSceneText {
     pub set: Vec<SetText>,
     /// Materials of this scene alone.
     #[serde(default)]
-    pub material: Vec<Spanned<MaterialTable>>,
+    pub material: Vec<Spanned<LawText>>,
     /// Parts of the object with their materials; the first that contains an element takes it.
     pub region: Spanned<Vec<RegionText>>,
     /// What holds the object in every case.
@@ -38,9 +39,6 @@ pub struct VolumeSceneText {
     #[serde(default)]
     pub output: OutputText,
 }
-
-/// `[[material]]`: `id`, perhaps `density`, and the keys of a law.
-pub type MaterialTable = BTreeMap<String, Spanned<toml::Value>>;
 
 /// `[mesh]`: a file, or arrays.
 #[derive(Clone, Debug, Deserialize)]
@@ -195,12 +193,6 @@ impl VolumeSceneText {
         }
         document.parse::<Keys>().is_ok_and(|keys| keys.mesh.is_some())
     }
-}
-
-/// A whole key of a table, with its place; the table's own place if it is not there.
-pub fn span_of(table: &Spanned<MaterialTable>, key: &str) -> std::ops::Range<usize> {
-    let found = table.get_ref().get(key);
-    found.map_or_else(|| table.span(), Spanned::span)
 }
 
 /// Some of "x", "y", "z", as written; all if absent.
