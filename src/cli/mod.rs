@@ -11,6 +11,7 @@ pub mod object;
 pub mod progress;
 pub mod replicate;
 pub mod simulate;
+mod simulate_volume;
 pub mod stop;
 pub mod terminal;
 

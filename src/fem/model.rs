@@ -200,24 +200,6 @@ impl Model {
         self.assemble_parts(u, materials, Kind::Tangent, values, Some(skew));
     }
 
-    fn assemble_parts(
-        &self,
-        u: &[Vec3],
-        materials: &Materials,
-        kind: Kind,
-        values: &mut [f64],
-        mut skew: Option<&mut [f64]>,
-    ) {
-        values.fill(0.0);
-        if let Some(skew) = &mut skew {
-            skew.fill(0.0);
-        }
-        match &self.parts {
-            Discretisation::Eight(block) => self.assemble_block(block, u, materials, kind, values, skew),
-            Discretisation::Four(block) => self.assemble_block(block, u, materials, kind, values, skew),
-        }
-    }
-
     /// Adds the `block` of the nodes `a` (rows) and `b` (columns), which share an element, to the `values` of a symmetric
     /// matrix, `(nnz)`; of the two blocks (a, b) and (b, a) only one is to be given.
     pub fn add_pair(&self, a: usize, b: usize, block: &Mat3, values: &mut [f64]) {
@@ -234,6 +216,24 @@ impl Model {
                     values[place] += block[(i, j)];
                 }
             }
+        }
+    }
+
+    fn assemble_parts(
+        &self,
+        u: &[Vec3],
+        materials: &Materials,
+        kind: Kind,
+        values: &mut [f64],
+        mut skew: Option<&mut [f64]>,
+    ) {
+        values.fill(0.0);
+        if let Some(skew) = &mut skew {
+            skew.fill(0.0);
+        }
+        match &self.parts {
+            Discretisation::Eight(block) => self.assemble_block(block, u, materials, kind, values, skew),
+            Discretisation::Four(block) => self.assemble_block(block, u, materials, kind, values, skew),
         }
     }
 

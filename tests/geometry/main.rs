@@ -8,3 +8,4 @@ mod shapes;
 mod solids;
 mod tetrahedra;
 mod threemf;
+mod volumes;
