@@ -5,13 +5,31 @@
 //! ```
 //!
 //! Hexahedra have eight Gauss points with trilinear shape functions; a tetrahedron is one point with constant
-//! gradients; a Kuhn cell is its six tetrahedra taken as one element of eight nodes, so that they can share one
-//! volumetric strain (see [`super::forces`]). A point's weight is the volume it stands for, times the share of that
-//! volume that lies inside the object.
+//! gradients; a Kuhn cell is its six tetrahedra taken as one element of eight nodes. A point's weight is the volume it
+//! stands for, times the share of that volume that lies inside the object.
+//!
+//! Points that share one volumetric strain (see [`super::forces`]) form a *cluster*: the points of a hexahedron or of a
+//! Kuhn cell, or, for tetrahedra, a patch of up to eight neighbours ([`super::patches`]). Without sharing, each element
+//! is a cluster of its own. For speed, points lie side by side in *batches* of eight; a cluster that shares fills one.
 
+use super::patches::Patches;
 use crate::geometry::volume::{Elements, KUHN, VolumeMesh};
 use crate::math::polar_lanes::{Lanes, ZERO};
 use crate::math::{Mat3, Vec3};
+
+/// Points in a batch.
+pub const BATCH: usize = 8;
+/// Stands for no point in a batch that is not full.
+pub const NO_POINT: u32 = u32::MAX;
+
+/// Whether points share one volumetric strain, the remedy against locking near incompressibility.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VolumetricStrain {
+    /// Every point has its own.
+    Pointwise,
+    /// One in each hexahedron or Kuhn cell, and in each patch of tetrahedra.
+    Shared,
+}
 
 /// One place where strain and stress live.
 #[derive(Clone, Debug)]
@@ -20,6 +38,17 @@ pub struct IntegrationPoint<const N: usize> {
     pub gradients: [Vec3; N],
     /// Volume that the point stands for \[mm³\].
     pub weight: f64,
+}
+
+/// Eight points side by side.
+#[derive(Clone, Debug)]
+pub struct Batch<const N: usize> {
+    /// The points' numbers, `(8)`; [`NO_POINT`] where there is none.
+    pub points: [u32; BATCH],
+    /// Gradients, `(N × 3 × 8)` \[1/mm\]; zero where there is no point.
+    pub gradients: [[Lanes; 3]; N],
+    /// Volumes, `(8)` \[mm³\]; zero where there is no point.
+    pub weight: Lanes,
 }
 
 /// All elements of one kind with `N` nodes each.
@@ -31,9 +60,12 @@ pub struct Block<const N: usize> {
     pub points: Vec<IntegrationPoint<N>>,
     /// How many points an element has.
     pub points_per_element: usize,
-    /// The gradients again, the points of an element side by side: `(elements × N × 3 × 8)`, zero where an element has fewer
-    /// than eight points; empty for elements of one point.
-    pub lanes: Vec<[[Lanes; 3]; N]>,
+    /// Do the points of a cluster share one volumetric strain?
+    pub volumetric: VolumetricStrain,
+    /// The patches, where tetrahedra share.
+    pub patches: Option<Patches>,
+    /// The points again, eight by eight.
+    pub batches: Vec<Batch<N>>,
 }
 
 /// A mesh's elements with their points.
@@ -58,11 +90,30 @@ pub struct BadElement {
 }
 
 impl Discretisation {
-    /// The points of `mesh`; `fill`, `(points)`, is the share of each point's volume inside the object, all if `None`.
+    /// The points of `mesh`, hexahedra and Kuhn cells with one volumetric strain each, tetrahedra without;
+    /// `fill`, `(points)`, is the share of each point's volume inside the object, all if `None`.
     ///
     /// # Errors
     /// [`BadElement`] for an element of no or negative volume.
     pub fn new(mesh: &VolumeMesh, fill: Option<&[f64]>) -> Result<Discretisation, BadElement> {
+        let volumetric = match mesh.elements {
+            Elements::Tetrahedra(_) => VolumetricStrain::Pointwise,
+            _ => VolumetricStrain::Shared,
+        };
+        Discretisation::with(mesh, fill, volumetric, None)
+    }
+
+    /// The points of `mesh` with volumetric strains as asked; patches of tetrahedra stay inside one of the
+    /// `regions`, `(elements)`, if those are given.
+    ///
+    /// # Errors
+    /// [`BadElement`] for an element of no or negative volume.
+    pub fn with(
+        mesh: &VolumeMesh,
+        fill: Option<&[f64]>,
+        volumetric: VolumetricStrain,
+        regions: Option<&[u16]>,
+    ) -> Result<Discretisation, BadElement> {
         let mut result = match &mesh.elements {
             Elements::Hexahedra(cells) => {
                 Discretisation::Eight(block(&mesh.nodes, cells, 8, |corners, points| {
@@ -81,13 +132,33 @@ impl Discretisation {
                 })?)
             }
         };
-        if let Some(fill) = fill {
-            match &mut result {
-                Discretisation::Eight(b) => b.points.iter_mut().zip(fill).for_each(|(p, f)| p.weight *= f),
-                Discretisation::Four(b) => b.points.iter_mut().zip(fill).for_each(|(p, f)| p.weight *= f),
+        match &mut result {
+            Discretisation::Eight(b) => b.finish(fill, volumetric, None),
+            Discretisation::Four(b) => {
+                let patches = match volumetric {
+                    VolumetricStrain::Shared => Some(Patches::new(&b.nodes, regions)),
+                    VolumetricStrain::Pointwise => None,
+                };
+                b.finish(fill, volumetric, patches);
             }
         }
         Ok(result)
+    }
+
+    /// Number of clusters: elements, or patches where tetrahedra share.
+    pub fn clusters(&self) -> usize {
+        match self {
+            Discretisation::Eight(b) => b.clusters(),
+            Discretisation::Four(b) => b.clusters(),
+        }
+    }
+
+    /// The nodes of cluster `c`, each once.
+    pub fn nodes_of_cluster(&self, c: usize) -> &[u32] {
+        match self {
+            Discretisation::Eight(b) => b.nodes_of_cluster(c),
+            Discretisation::Four(b) => b.nodes_of_cluster(c),
+        }
     }
 
     /// How many points an element has.
@@ -160,27 +231,92 @@ fn block<const N: usize>(
             });
         }
     }
-    let elements = if points_per_element > 1 { cells.len() } else { 0 };
-    let of = |e: usize| side_by_side(&points[e * points_per_element..][..points_per_element]);
-    let lanes = (0..elements).map(of).collect();
     Ok(Block {
         nodes: cells.to_vec(),
         points,
         points_per_element,
-        lanes,
+        volumetric: VolumetricStrain::Pointwise,
+        patches: None,
+        batches: Vec::new(),
     })
 }
 
-fn side_by_side<const N: usize>(points: &[IntegrationPoint<N>]) -> [[Lanes; 3]; N] {
-    let mut lanes = [[ZERO; 3]; N];
-    for (l, point) in points.iter().enumerate() {
+impl<const N: usize> Block<N> {
+    /// Applies the fill and lays the points side by side.
+    fn finish(&mut self, fill: Option<&[f64]>, volumetric: VolumetricStrain, patches: Option<Patches>) {
+        if let Some(fill) = fill {
+            for (point, fill) in self.points.iter_mut().zip(fill) {
+                point.weight *= fill;
+            }
+        }
+        self.volumetric = volumetric;
+        self.patches = patches;
+        let count = self.points.len() as u32;
+        let per = self.points_per_element as u32;
+        let groups: Vec<Vec<u32>> = match (&self.patches, per) {
+            (Some(patches), _) => (0..patches.len()).map(|p| patches.elements(p).to_vec()).collect(),
+            (None, 1) => (0..count.div_ceil(BATCH as u32))
+                .map(|b| (b * BATCH as u32..((b + 1) * BATCH as u32).min(count)).collect())
+                .collect(),
+            (None, _) => (0..count / per).map(|e| (e * per..(e + 1) * per).collect()).collect(),
+        };
+        self.batches = groups.iter().map(|points| side_by_side(&self.points, points)).collect();
+    }
+
+    /// Number of clusters.
+    #[inline]
+    pub fn clusters(&self) -> usize {
+        self.patches.as_ref().map_or(self.nodes.len(), Patches::len)
+    }
+
+    /// The nodes of cluster `c`, each once.
+    #[inline]
+    pub fn nodes_of_cluster(&self, c: usize) -> &[u32] {
+        match &self.patches {
+            Some(patches) => patches.nodes(c),
+            None => &self.nodes[c],
+        }
+    }
+
+    /// The points of cluster `c`, each with the places of its element's nodes among those of the cluster.
+    #[inline]
+    pub fn points_of_cluster(&self, c: usize) -> impl Iterator<Item = (usize, [usize; N])> + '_ {
+        let n = self.points_per_element;
+        let (patch, own) = match &self.patches {
+            Some(patches) => (patches.elements(c), 0..0),
+            None => (&[][..], c * n..(c + 1) * n),
+        };
+        let in_patch = patch.iter().enumerate().map(move |(k, &e)| {
+            let places = self.patches.as_ref().map_or(&[][..], |p| p.places(c, k));
+            (e as usize, std::array::from_fn(|a| places[a] as usize))
+        });
+        in_patch.chain(own.map(|q| (q, std::array::from_fn(|a| a))))
+    }
+
+    /// The element of point `q`.
+    #[inline]
+    pub fn element_of(&self, q: usize) -> usize {
+        q / self.points_per_element
+    }
+}
+
+fn side_by_side<const N: usize>(all: &[IntegrationPoint<N>], numbers: &[u32]) -> Batch<N> {
+    let mut batch = Batch {
+        points: [NO_POINT; BATCH],
+        gradients: [[ZERO; 3]; N],
+        weight: ZERO,
+    };
+    for (l, &q) in numbers.iter().enumerate() {
+        let point = &all[q as usize];
+        batch.points[l] = q;
+        batch.weight[l] = point.weight;
         for (a, g) in point.gradients.iter().enumerate() {
             for c in 0..3 {
-                lanes[a][c][l] = g[c];
+                batch.gradients[a][c][l] = g[c];
             }
         }
     }
-    lanes
+    batch
 }
 
 fn hexahedron_point(corners: &[Vec3; 8], at: &Vec3) -> IntegrationPoint<8> {

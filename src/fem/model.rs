@@ -1,10 +1,10 @@
 //! A meshed object with its supports: which displacement components are unknown, how they are numbered, and where an
 //! element's stiffness goes in the sparse matrix. Built once; every layout, load and load step reuses it.
 
-use super::elements::{BadElement, Block, Discretisation};
+use super::elements::{BadElement, Block, Discretisation, VolumetricStrain};
 use super::forces::Materials;
-use super::stiffness::{self, Kind, Scratch};
-use crate::geometry::volume::VolumeMesh;
+use super::stiffness::{self, Kind};
+use crate::geometry::volume::{Elements, VolumeMesh};
 use crate::math::Vec3;
 use crate::numerics::cholesky::{CholeskyError, Pattern, Symbolic};
 use crate::numerics::ordering::nested_dissection;
@@ -58,12 +58,15 @@ pub struct Model {
     unknown_of: Vec<[u32; 3]>,
     unknowns: usize,
     symbolic: Arc<Symbolic>,
-    /// Place in the matrix of each entry of each element's lower triangle; `CONSTRAINED` for none.
+    /// Place in the matrix of each entry of each cluster's lower triangle; `CONSTRAINED` for none.
     scatter: Vec<u32>,
+    /// Where each cluster's entries begin in `scatter`, `(clusters + 1)`.
+    scatter_starts: Vec<usize>,
 }
 
 impl Model {
-    /// Numbers the unknowns and analyses the matrix.
+    /// Numbers the unknowns and analyses the matrix; hexahedra and Kuhn cells have one volumetric strain each,
+    /// tetrahedra are plain.
     ///
     /// `constrained`, `(nodes)`; `fill`, `(points)`: share of each integration point's volume inside the object.
     ///
@@ -74,8 +77,27 @@ impl Model {
         fill: Option<Vec<f64>>,
         constrained: Vec<Constrained>,
     ) -> Result<Model, ModelError> {
-        let parts = Discretisation::new(&mesh, fill.as_deref())?;
-        let neighbours = mesh.neighbours();
+        let volumetric = match mesh.elements {
+            Elements::Tetrahedra(_) => VolumetricStrain::Pointwise,
+            _ => VolumetricStrain::Shared,
+        };
+        Model::with(mesh, fill, constrained, volumetric, None)
+    }
+
+    /// Numbers the unknowns and analyses the matrix, with volumetric strains as asked; patches of tetrahedra stay inside
+    /// one of the `regions`, `(elements)`, if those are given.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn with(
+        mesh: VolumeMesh,
+        fill: Option<Vec<f64>>,
+        constrained: Vec<Constrained>,
+        volumetric: VolumetricStrain,
+        regions: Option<&[u16]>,
+    ) -> Result<Model, ModelError> {
+        let parts = Discretisation::with(&mesh, fill.as_deref(), volumetric, regions)?;
+        let neighbours = neighbours(&parts, mesh.nodes.len());
         check_supports(&mesh, &neighbours, &constrained)?;
         let order = nested_dissection(&mesh.nodes, &neighbours);
         let mut unknown_of = vec![[CONSTRAINED; 3]; mesh.nodes.len()];
@@ -90,7 +112,7 @@ impl Model {
         }
         let unknowns = unknowns as usize;
         let pattern = pattern(&neighbours, &unknown_of, unknowns);
-        let scatter = scatter_map(&mesh, &unknown_of, &pattern);
+        let (scatter, scatter_starts) = scatter_map(&parts, &unknown_of, &pattern);
         let symbolic = Arc::new(Symbolic::new(pattern)?);
         Ok(Model {
             mesh,
@@ -101,6 +123,7 @@ impl Model {
             unknowns,
             symbolic,
             scatter,
+            scatter_starts,
         })
     }
 
@@ -136,12 +159,33 @@ impl Model {
         }
     }
 
-    /// The stiffness at the displacements `u`, `(nodes)` \[mm\], on the symbolic pattern, written to `values`, `(nnz)`.
+    /// The stiffness at the displacements `u`, `(nodes)` \[mm\], on the symbolic pattern, written to `values`, `(nnz)`:
+    /// the symmetric part of the tangent where that is not symmetric.
     pub fn assemble(&self, u: &[Vec3], materials: &Materials, kind: Kind, values: &mut [f64]) {
+        self.assemble_parts(u, materials, kind, values, None);
+    }
+
+    /// The tangent in two parts on the symbolic pattern, each `(nnz)`: `values` takes the symmetric part, `skew` the lower
+    /// triangle of the skew one, `K = sym + skew`.
+    pub fn assemble_tangent(&self, u: &[Vec3], materials: &Materials, values: &mut [f64], skew: &mut [f64]) {
+        self.assemble_parts(u, materials, Kind::Tangent, values, Some(skew));
+    }
+
+    fn assemble_parts(
+        &self,
+        u: &[Vec3],
+        materials: &Materials,
+        kind: Kind,
+        values: &mut [f64],
+        mut skew: Option<&mut [f64]>,
+    ) {
         values.fill(0.0);
+        if let Some(skew) = &mut skew {
+            skew.fill(0.0);
+        }
         match &self.parts {
-            Discretisation::Eight(block) => self.assemble_block(block, u, materials, kind, values),
-            Discretisation::Four(block) => self.assemble_block(block, u, materials, kind, values),
+            Discretisation::Eight(block) => self.assemble_block(block, u, materials, kind, values, skew),
+            Discretisation::Four(block) => self.assemble_block(block, u, materials, kind, values, skew),
         }
     }
 
@@ -152,26 +196,59 @@ impl Model {
         materials: &Materials,
         kind: Kind,
         values: &mut [f64],
+        mut skew: Option<&mut [f64]>,
     ) {
-        let size = 3 * N;
-        let entries = size * (size + 1) / 2;
-        let mut scratch = Scratch::new();
-        let mut matrix = vec![0.0; size * size];
-        for (e, nodes) in block.nodes.iter().enumerate() {
-            let own = nodes.map(|i| u[i as usize]);
-            stiffness::element(block, e, &own, materials, kind, &mut scratch, &mut matrix);
-            let places = &self.scatter[e * entries..(e + 1) * entries];
+        let mut matrix = Vec::new();
+        for c in 0..block.clusters() {
+            stiffness::cluster(block, c, u, materials, kind, &mut matrix);
+            let size = 3 * block.nodes_of_cluster(c).len();
+            let places = &self.scatter[self.scatter_starts[c]..self.scatter_starts[c + 1]];
             let mut k = 0;
             for a in 0..size {
                 for b in 0..=a {
                     if places[k] != CONSTRAINED {
-                        values[places[k] as usize] += matrix[a * size + b];
+                        values[places[k] as usize] += 0.5 * (matrix[a * size + b] + matrix[b * size + a]);
                     }
                     k += 1;
                 }
             }
+            if let Some(skew) = &mut skew {
+                self.scatter_skew(block.nodes_of_cluster(c), &matrix, places, skew);
+            }
         }
     }
+
+    /// Adds ½ (K − Kᵀ) of a cluster; the sign follows which of the two unknowns is the row.
+    fn scatter_skew(&self, nodes: &[u32], matrix: &[f64], places: &[u32], skew: &mut [f64]) {
+        let size = 3 * nodes.len();
+        let unknown = |a: usize| self.unknown_of[nodes[a / 3] as usize][a % 3];
+        let mut k = 0;
+        for a in 0..size {
+            for b in 0..=a {
+                if places[k] != CONSTRAINED {
+                    let half = 0.5 * (matrix[a * size + b] - matrix[b * size + a]);
+                    skew[places[k] as usize] += if unknown(a) >= unknown(b) { half } else { -half };
+                }
+                k += 1;
+            }
+        }
+    }
+}
+
+/// The nodes that share a cluster with each node, ascending, without itself.
+fn neighbours(parts: &Discretisation, nodes: usize) -> Vec<Vec<u32>> {
+    let mut near = vec![Vec::new(); nodes];
+    for c in 0..parts.clusters() {
+        let own = parts.nodes_of_cluster(c);
+        for &a in own {
+            near[a as usize].extend(own.iter().filter(|&&b| b != a));
+        }
+    }
+    for list in &mut near {
+        list.sort_unstable();
+        list.dedup();
+    }
+    near
 }
 
 fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) -> Pattern {
@@ -195,15 +272,11 @@ fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) ->
     Pattern { columns, rows }
 }
 
-fn scatter_map(mesh: &VolumeMesh, unknown_of: &[[u32; 3]], pattern: &Pattern) -> Vec<u32> {
-    let mut scatter = Vec::new();
-    for e in 0..mesh.elements.len() {
-        let unknowns: Vec<u32> = mesh
-            .elements
-            .nodes_of(e)
-            .iter()
-            .flat_map(|&n| unknown_of[n as usize])
-            .collect();
+fn scatter_map(parts: &Discretisation, unknown_of: &[[u32; 3]], pattern: &Pattern) -> (Vec<u32>, Vec<usize>) {
+    let (mut scatter, mut starts) = (Vec::new(), vec![0]);
+    for c in 0..parts.clusters() {
+        let nodes = parts.nodes_of_cluster(c);
+        let unknowns: Vec<u32> = nodes.iter().flat_map(|&n| unknown_of[n as usize]).collect();
         for a in 0..unknowns.len() {
             for b in 0..=a {
                 let (row, column) = (unknowns[a].max(unknowns[b]), unknowns[a].min(unknowns[b]));
@@ -215,8 +288,9 @@ fn scatter_map(mesh: &VolumeMesh, unknown_of: &[[u32; 3]], pattern: &Pattern) ->
                 scatter.push(place.map_or(CONSTRAINED, |p| p as u32));
             }
         }
+        starts.push(scatter.len());
     }
-    scatter
+    (scatter, starts)
 }
 
 /// Every connected part needs at least six constrained components; whether they are the right six shows in the

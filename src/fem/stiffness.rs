@@ -1,23 +1,26 @@
-//! Element stiffness: the secant one and the consistent tangent.
+//! Stiffness of a cluster of points: the secant one and the consistent tangent.
 //!
 //! ```text
 //! secant   K = Σ_q w B̄ᵀ E(ε̄) B̄                     R, E frozen; symmetric positive definite
-//! tangent  K = Σ_q w ∇N_b · ∂P/∂u_a                  R, E and the averaged trace follow u
-//! δP = R (Ω T' + dev(C δε̄) + δp̄ I),  C = ∂σ/∂ε,  δε̄ = δU + (δθ̄ − tr δU)/3 I
-//! δU = RᵀδF − Ω U,  Ω = [ω]×,  (tr(U) I − U) ω = axial(RᵀδF)
+//! tangent  K = ∂f/∂u                                 exact: R, the law, averages and [v]× follow u
+//!
+//! RᵀδP = Ω (T' + [v]×) + C' δU + [δv]×,   δU = sym(RᵀδF − Ω U),   Ω = [ω]×,   (tr(U) I − U) ω = axial(RᵀδF)
+//! K    = Σ_q w ∇N · ∂P/∂F · ∇N  +  Σ_g A mᵀ + m Bᵀ + c m mᵀ
+//! m = ∂ḡ/∂u,   A = Σ w Gᵀ ∂S/∂ḡ,   B = Σ w Gᵀ ∂p/∂U,   c = Σ w ∂p/∂ḡ,   C' = ∂S/∂U + p̄ ∂²g/∂U²
 //! ```
 //!
-//! Symbols as in [`super::forces`]; T' is the bracket there. The secant matrix at rest is the matrix of linear
-//! elasticity. The tangent is the exact derivative of the internal forces for isotropic laws; for transversely
-//! isotropic ones the change of `[v]×` is left out, so that Newton's iteration converges linearly there. A strain-space
-//! law has no energy: its tangent is not symmetric, and [`Kind::Tangent`] gives the symmetric part, which the Cholesky
-//! factorisation takes.
+//! Symbols as in [`super::forces`]; G maps nodal displacements to δU; the sum over g and its three products of vectors
+//! couple the points that share a volumetric strain. The secant matrix at rest is that of linear elasticity. For a
+//! hyperelastic law, which has no secant, its tangent made positive definite takes the place of E. The tangent is
+//! symmetric for laws with an energy; a strain-space law has none, and its tangent is not.
 
-use super::elements::{Block, IntegrationPoint};
-use super::forces::{self, Kinematics, MOST_POINTS, Materials};
+use super::elements::{Block, VolumetricStrain};
+use super::forces::{self, Materials};
+use super::response::{Means, rotation_stress, spin_matrix, strain_of, twice_axial};
 use crate::material::isotropic::invariants;
-use crate::material::law::Law;
-use crate::math::mandel::{self, Mandel};
+use crate::material::law::{Law, Volumetric};
+use crate::math::mandel::{self, Mandel, Mandel6};
+use crate::math::polar::{cofactor, polar};
 use crate::math::{Mat3, Vec3};
 
 /// Which matrix to build.
@@ -25,140 +28,421 @@ use crate::math::{Mat3, Vec3};
 pub enum Kind {
     /// Linear elasticity about the current state, rotations and moduli frozen.
     Secant,
-    /// The symmetric part of the derivative of the internal forces.
+    /// The derivative of the internal forces.
     Tangent,
 }
 
-/// Room for one element's computation.
-pub(super) struct Scratch {
-    state: [Kinematics; MOST_POINTS],
-    columns: Vec<Mandel>,
+/// A linear map from RᵀδF to RᵀδP, or from δF to δP; rows and columns run over (component, direction), `(9 × 9)` \[MPa\].
+type Moduli9 = [[f64; 9]; 9];
+
+/// One point of a cluster.
+struct Local<'a, const N: usize> {
+    q: usize,
+    places: [usize; N],
+    weight: f64,
+    law: &'a Law,
+    rotation: Mat3,
+    stretch: Mat3,
+    /// S, and T' once the pressures are known; zero for the secant.
+    stress: Mat3,
+    /// p.
+    pressure: f64,
+    /// ∂S/∂U, and C' once the pressures are known.
+    moduli: Mandel6,
+    /// ∂S/∂ḡ.
+    stress_by_mean: Mandel,
+    /// ∂p/∂U.
+    pressure_by_stretch: Mandel,
+    /// ∂p/∂ḡ.
+    pressure_by_mean: f64,
 }
 
-impl Scratch {
-    pub fn new() -> Scratch {
-        Scratch {
-            state: [forces::Kinematics::NONE; MOST_POINTS],
-            columns: Vec::new(),
-        }
-    }
+/// What the points that bound one measure of volume add.
+struct Coupling {
+    measure: Volumetric,
+    /// p̄.
+    pressure: f64,
+    mean_gradient: Vec<f64>,
+    stress_by_mean: Vec<f64>,
+    pressure_by_stretch: Vec<f64>,
+    pressure_by_mean: f64,
 }
 
-/// The stiffness of element `e` at the displacements `u` of its nodes, written to `out`, row-major `(3N × 3N)`.
-pub(super) fn element<const N: usize>(
+/// The stiffness of cluster `c` at the displacements `u`, `(nodes)`, written to `out`, row-major over the components of the
+/// cluster's nodes. Not symmetric where the law's tangent is not.
+pub(super) fn cluster<const N: usize>(
     block: &Block<N>,
-    e: usize,
-    u: &[Vec3; N],
+    c: usize,
+    u: &[Vec3],
     materials: &Materials,
     kind: Kind,
-    scratch: &mut Scratch,
-    out: &mut [f64],
+    out: &mut Vec<f64>,
 ) {
-    out.fill(0.0);
-    let n = block.points_per_element;
-    let points = &block.points[e * n..(e + 1) * n];
-    let volume = forces::kinematics(points, u, &mut scratch.state);
-    if volume <= 0.0 {
+    let size = 3 * block.nodes_of_cluster(c).len();
+    out.clear();
+    out.resize(size * size, 0.0);
+    let mut points = points(block, c, u, materials);
+    let means = Means::over(points.iter().map(|p| &p.weight), points.iter().map(|p| &p.stretch));
+    if means.volume <= 0.0 {
         return;
     }
-    match kind {
-        Kind::Secant => secant(points, e * n, volume, materials, scratch, out),
-        Kind::Tangent => tangent(points, e * n, volume, materials, scratch, out),
+    if block.volumetric == VolumetricStrain::Pointwise {
+        for point in &mut points {
+            point.respond_alone(kind);
+            add_point(block, point, kind, size, out);
+        }
+        return;
+    }
+    if kind == Kind::Secant && points.iter().all(|p| matches!(p.law, Law::Isotropic(_))) {
+        return isotropic_secant(block, &points, &means, size, out);
+    }
+    points.iter_mut().for_each(|p| p.respond(&means, kind));
+    let couplings: Vec<Coupling> = [Volumetric::Trace, Volumetric::Jacobian]
+        .into_iter()
+        .filter_map(|measure| coupling(block, &points, measure, &means, size))
+        .collect();
+    for point in &mut points {
+        couplings.iter().for_each(|c| point.take_pressure(c, kind));
+        add_point(block, point, kind, size, out);
+    }
+    for coupling in &couplings {
+        coupling.add_to(size, out);
     }
 }
 
-/// Mandel columns of sym(Rᵀ (e_i ⊗ g)) for i = x, y, z.
-#[inline]
-fn strain_columns(rotation: &Mat3, g: &Vec3) -> [Mandel; 3] {
-    let s = std::f64::consts::FRAC_1_SQRT_2;
-    // Row i of R is the image of e_i under Rᵀ.
-    [0, 1, 2].map(|i| {
-        let r = rotation.row(i);
-        Mandel::new(
-            r[0] * g.x,
-            r[1] * g.y,
-            r[2] * g.z,
-            s * (r[1] * g.z + r[2] * g.y),
-            s * (r[0] * g.z + r[2] * g.x),
-            s * (r[0] * g.y + r[1] * g.x),
-        )
-    })
+fn points<'a, const N: usize>(
+    block: &Block<N>,
+    c: usize,
+    u: &[Vec3],
+    materials: &Materials<'a>,
+) -> Vec<Local<'a, N>> {
+    block
+        .points_of_cluster(c)
+        .map(|(q, places)| {
+            let own = block.nodes[block.element_of(q)].map(|n| u[n as usize]);
+            let p = polar(&forces::deformation_gradient(&block.points[q], &own));
+            Local {
+                q,
+                places,
+                weight: block.points[q].weight,
+                law: materials.at(q),
+                rotation: p.rotation,
+                stretch: p.stretch,
+                stress: Mat3::zeros(),
+                pressure: 0.0,
+                moduli: Mandel6::zeros(),
+                stress_by_mean: Mandel::zeros(),
+                pressure_by_stretch: Mandel::zeros(),
+                pressure_by_mean: 0.0,
+            }
+        })
+        .collect()
 }
 
-/// Gradient of θ̄ with respect to the nodes: Σ w R g / Σ w.
-fn mean_trace_gradient<const N: usize>(
-    points: &[IntegrationPoint<N>],
-    state: &[Kinematics; MOST_POINTS],
-    volume: f64,
-) -> [Vec3; N] {
-    let mut mean = [Vec3::zeros(); N];
-    for (point, k) in points.iter().zip(state) {
-        for (m, g) in mean.iter_mut().zip(&point.gradients) {
-            *m += k.rotation * g * (point.weight / volume);
+impl<const N: usize> Local<'_, N> {
+    /// The law's stress, zero for the secant, and its matrix.
+    fn law_response(&self, strain: &Mandel, kind: Kind) -> (Mandel, Mandel6) {
+        match kind {
+            Kind::Tangent => self.law.stress_and_tangent(strain),
+            Kind::Secant => (Mandel::zeros(), self.law.stress_and_secant(strain).1),
         }
     }
-    mean
-}
 
-/// Puts the averaged trace in place of the column's own.
-#[inline]
-fn with_trace(mut column: Mandel, trace: f64) -> Mandel {
-    let shift = (trace - mandel::trace(&column)) / 3.0;
-    for i in 0..3 {
-        column[i] += shift;
+    fn respond_alone(&mut self, kind: Kind) {
+        let (stress, moduli) = self.law_response(&strain_of(&self.stretch), kind);
+        self.stress = mandel::to_tensor(&stress);
+        self.moduli = moduli;
     }
-    column
+
+    fn respond(&mut self, means: &Means, kind: Kind) {
+        let measure = self.law.volumetric();
+        let strain = means.shown(&self.stretch, measure);
+        let (t, c) = self.law_response(&strain, kind);
+        match measure {
+            Volumetric::Trace => self.respond_in_trace(&t, &c),
+            Volumetric::Jacobian => self.respond_in_jacobian(means, &strain, &t, &c, kind),
+        }
+    }
+
+    /// S = dev T and p = tr T/3 at the strain dev ε + ḡ/3 I.
+    fn respond_in_trace(&mut self, t: &Mandel, c: &Mandel6) {
+        let identity = Mandel::new(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+        let third = identity / 3.0;
+        self.pressure = mandel::trace(t) / 3.0;
+        self.stress = mandel::to_tensor(&mandel::deviator(t));
+        let (by_mean, by_trace) = (c * third, c.tr_mul(&third));
+        self.pressure_by_mean = third.dot(&by_mean);
+        self.stress_by_mean = mandel::deviator(&by_mean);
+        self.pressure_by_stretch = mandel::deviator(&by_trace);
+        // dev ∘ C ∘ dev = C − I⊗(Cᵀ I/3) − (C I/3)⊗I + (I:C I/9) I⊗I
+        self.moduli = c - identity * by_trace.transpose() - by_mean * identity.transpose()
+            + identity * identity.transpose() * self.pressure_by_mean;
+    }
+
+    /// S = sT − πU⁻¹ and p = π/ḡ at the stretch Ū = sU; with i = U⁻¹, A = 1 − U⊗i/3, h = (CᵀŪ + T)/3 = ∂π/∂Ū:
+    /// ∂S/∂U = s²CA − s T⊗i/3 − s i⊗Aᵀh + π U⁻¹⊠U⁻¹, ∂S/∂ḡ = (s(T + CŪ) − (h:Ū) i)/3ḡ, ∂p/∂U = s Aᵀh/ḡ,
+    /// ∂p/∂ḡ = (h:Ū/3 − π)/ḡ². For the secant, T = 0 and no geometry changes: AᵀCA and its neighbours.
+    fn respond_in_jacobian(&mut self, means: &Means, strain: &Mandel, t: &Mandel, c: &Mandel6, kind: Kind) {
+        let s = means.scale(&self.stretch);
+        let g = means.jacobian;
+        let inverse_tensor = cofactor(&self.stretch) / self.stretch.determinant();
+        let (u, inverse) = (mandel::from_tensor(&self.stretch), mandel::from_tensor(&inverse_tensor));
+        let mut shown = *strain;
+        (0..3).for_each(|k| shown[k] += 1.0);
+        let deviate = Mandel6::identity() - u * inverse.transpose() / 3.0;
+        if kind == Kind::Secant {
+            let by_mean = c * shown / (3.0 * g);
+            self.moduli = deviate.tr_mul(&(c * deviate)) * (s * s);
+            self.stress_by_mean = deviate.tr_mul(&by_mean) * s;
+            self.pressure_by_stretch = self.stress_by_mean;
+            self.pressure_by_mean = shown.dot(&by_mean) / (3.0 * g);
+            return;
+        }
+        let kirchhoff = t.dot(&shown) / 3.0;
+        let h = (c.tr_mul(&shown) + t) / 3.0;
+        let along = h.dot(&shown);
+        let turned = deviate.tr_mul(&h) * s;
+        self.pressure = kirchhoff / g;
+        self.stress = mandel::to_tensor(t) * s - inverse_tensor * kirchhoff;
+        self.moduli = c * deviate * (s * s) - t * inverse.transpose() * (s / 3.0) - inverse * turned.transpose()
+            + sandwich(&inverse_tensor) * kirchhoff;
+        self.stress_by_mean = ((t + c * shown) * s - inverse * along) / (3.0 * g);
+        self.pressure_by_stretch = turned / g;
+        self.pressure_by_mean = (along / 3.0 - kirchhoff) / (g * g);
+    }
+
+    /// Adds p̄ ∂g/∂U to the stress and p̄ ∂²g/∂U² to the moduli.
+    fn take_pressure(&mut self, coupling: &Coupling, kind: Kind) {
+        if kind == Kind::Secant {
+            return;
+        }
+        self.stress += slope(&self.stretch, coupling.measure) * coupling.pressure;
+        if coupling.measure == Volumetric::Jacobian {
+            let j = self.stretch.determinant();
+            let inverse_tensor = cofactor(&self.stretch) / j;
+            let inverse = mandel::from_tensor(&inverse_tensor);
+            let curvature = inverse * inverse.transpose() - sandwich(&inverse_tensor);
+            self.moduli += curvature * (coupling.pressure * j);
+        }
+    }
 }
 
-fn secant<const N: usize>(
-    points: &[IntegrationPoint<N>],
-    first: usize,
-    volume: f64,
-    materials: &Materials,
-    scratch: &mut Scratch,
-    out: &mut [f64],
-) {
-    let mean = mean_trace_gradient(points, &scratch.state, volume);
-    let size = 3 * N;
-    let mut bulk_by_volume = 0.0;
-    for (q, point) in points.iter().enumerate() {
-        let k = &scratch.state[q];
-        if let Law::Isotropic(law) = materials.at(first + q) {
-            let [shear, bulk] = law.moduli(&invariants(&k.strain));
-            add_shear(point, &k.rotation, shear * point.weight, out);
-            bulk_by_volume += bulk * point.weight;
+/// ∂g/∂U.
+fn slope(stretch: &Mat3, measure: Volumetric) -> Mat3 {
+    match measure {
+        Volumetric::Trace => Mat3::identity(),
+        Volumetric::Jacobian => cofactor(stretch),
+    }
+}
+
+/// The map X → A X A of symmetric tensors, Mandel notation.
+fn sandwich(a: &Mat3) -> Mandel6 {
+    let mut map = Mandel6::zeros();
+    for k in 0..6 {
+        let mut unit = Mandel::zeros();
+        unit[k] = 1.0;
+        map.set_column(k, &mandel::from_tensor(&(a * mandel::to_tensor(&unit) * a)));
+    }
+    map
+}
+
+/// What the points whose laws bound `measure` add; `None` if there are none.
+fn coupling<const N: usize>(
+    block: &Block<N>,
+    points: &[Local<N>],
+    measure: Volumetric,
+    means: &Means,
+    size: usize,
+) -> Option<Coupling> {
+    if points.iter().all(|p| p.law.volumetric() != measure) {
+        return None;
+    }
+    let mut result = Coupling {
+        measure,
+        pressure: 0.0,
+        mean_gradient: vec![0.0; size],
+        stress_by_mean: vec![0.0; size],
+        pressure_by_stretch: vec![0.0; size],
+        pressure_by_mean: 0.0,
+    };
+    for point in points {
+        let w = point.weight;
+        let gradients = &block.points[point.q].gradients;
+        let slope = slope(&point.stretch, measure);
+        add_nodal(point, gradients, &slope, w / means.volume, &mut result.mean_gradient);
+        if point.law.volumetric() != measure {
             continue;
         }
-        let (_, moduli) = materials.at(first + q).stress_and_secant(&k.strain);
-        let columns = &mut scratch.columns;
-        columns.clear();
-        for (g, mean) in point.gradients.iter().zip(&mean) {
-            let own = strain_columns(&k.rotation, g);
-            columns.extend((0..3).map(|i| with_trace(own[i], mean[i])));
+        result.pressure += w * point.pressure / means.volume;
+        result.pressure_by_mean += w * point.pressure_by_mean;
+        let turned = |v: &Mandel| {
+            let v = mandel::to_tensor(v);
+            v + rotation_stress(&point.stretch, &v)
+        };
+        add_nodal(point, gradients, &turned(&point.stress_by_mean), w, &mut result.stress_by_mean);
+        add_nodal(point, gradients, &turned(&point.pressure_by_stretch), w, &mut result.pressure_by_stretch);
+    }
+    Some(result)
+}
+
+/// Adds the nodal vector of the work `v : RᵀδF`, times `factor`.
+fn add_nodal<const N: usize>(
+    point: &Local<N>,
+    gradients: &[Vec3; N],
+    v: &Mat3,
+    factor: f64,
+    out: &mut [f64],
+) {
+    let spatial = point.rotation * v * factor;
+    for (&place, g) in point.places.iter().zip(gradients) {
+        let f = spatial * g;
+        for i in 0..3 {
+            out[3 * place + i] += f[i];
         }
-        for a in 0..size {
-            let stress = moduli * columns[a] * point.weight;
-            for b in 0..=a {
-                out[a * size + b] += stress.dot(&columns[b]);
+    }
+}
+
+impl Coupling {
+    fn add_to(&self, size: usize, out: &mut [f64]) {
+        for (i, row) in out.chunks_exact_mut(size).enumerate() {
+            let of_stress = self.stress_by_mean[i] + self.pressure_by_mean * self.mean_gradient[i];
+            let of_mean = self.mean_gradient[i];
+            let columns = self.mean_gradient.iter().zip(&self.pressure_by_stretch);
+            for (entry, (m, b)) in row.iter_mut().zip(columns) {
+                *entry += of_stress * m + of_mean * b;
             }
         }
     }
-    for a in 0..size {
-        for b in 0..=a {
-            out[a * size + b] += bulk_by_volume * mean[a / 3][a % 3] * mean[b / 3][b % 3];
+}
+
+/// Adds Σ ∇N · ∂P/∂F · ∇N of one point.
+fn add_point<const N: usize>(
+    block: &Block<N>,
+    point: &Local<N>,
+    kind: Kind,
+    size: usize,
+    out: &mut [f64],
+) {
+    let moduli = in_space(&unrotated(point, kind), &point.rotation);
+    let gradients = &block.points[point.q].gradients;
+    for (&b, g) in point.places.iter().zip(gradients) {
+        // (component, direction) of δP for each component of the node's displacement.
+        let mut by_node = [[0.0; 3]; 9];
+        for (row, entries) in by_node.iter_mut().zip(&moduli) {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = point.weight
+                    * (entries[3 * j] * g.x + entries[3 * j + 1] * g.y + entries[3 * j + 2] * g.z);
+            }
+        }
+        for (&a, g) in point.places.iter().zip(gradients) {
+            for i in 0..3 {
+                let row = &mut out[(3 * a + i) * size + 3 * b..][..3];
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += by_node[3 * i][j] * g.x + by_node[3 * i + 1][j] * g.y + by_node[3 * i + 2][j] * g.z;
+                }
+            }
         }
     }
-    mirror(out, size);
+}
+
+/// The map RᵀδF → RᵀδP.
+fn unrotated<const N: usize>(point: &Local<N>, kind: Kind) -> Moduli9 {
+    let mut map = [[0.0; 9]; 9];
+    let to_spin = spin_matrix(&point.stretch).try_inverse().unwrap_or_else(Mat3::zeros);
+    let turns = kind == Kind::Tangent && point.law.turns_stress();
+    let skew = if turns {
+        to_spin * twice_axial(&(point.stretch * point.stress))
+    } else {
+        Vec3::zeros()
+    };
+    let whole = point.stress + skew.cross_matrix();
+    for column in 0..9 {
+        let mut pulled = Mat3::zeros();
+        pulled[(column / 3, column % 3)] = 1.0;
+        let mut change = Mat3::zeros();
+        if kind == Kind::Tangent {
+            let spin = (to_spin * twice_axial(&pulled)).cross_matrix();
+            pulled -= spin * point.stretch;
+            change = spin * whole;
+        }
+        let stretch_change = mandel::from_tensor(&pulled);
+        let stress_change = mandel::to_tensor(&(point.moduli * stretch_change));
+        change += stress_change;
+        if turns {
+            let du = mandel::to_tensor(&stretch_change);
+            let axial = twice_axial(&(du * point.stress + point.stretch * stress_change));
+            change += (to_spin * (axial - spin_matrix(&du) * skew)).cross_matrix();
+        }
+        for (row, entries) in map.iter_mut().enumerate() {
+            entries[column] = change[(row / 3, row % 3)];
+        }
+    }
+    map
+}
+
+/// The map δF → δP, with R applied to the first index of both.
+fn in_space(map: &Moduli9, rotation: &Mat3) -> Moduli9 {
+    let mut rows = [[0.0; 9]; 9];
+    for i in 0..3 {
+        for m in 0..3 {
+            for k in 0..3 {
+                for (entry, own) in rows[3 * i + m].iter_mut().zip(&map[3 * k + m]) {
+                    *entry += rotation[(i, k)] * own;
+                }
+            }
+        }
+    }
+    let mut result = [[0.0; 9]; 9];
+    for (out, row) in result.iter_mut().zip(&rows) {
+        for j in 0..3 {
+            for l in 0..3 {
+                for n in 0..3 {
+                    out[3 * j + n] += rotation[(j, l)] * row[3 * l + n];
+                }
+            }
+        }
+    }
+    result
+}
+
+/// The secant of isotropic laws, cheaper by a closed form: shear point by point, bulk on the mean.
+fn isotropic_secant<const N: usize>(
+    block: &Block<N>,
+    points: &[Local<N>],
+    means: &Means,
+    size: usize,
+    out: &mut [f64],
+) {
+    let mut mean = vec![0.0; size];
+    let mut bulk_by_volume = 0.0;
+    for point in points {
+        let Law::Isotropic(law) = point.law else { continue };
+        let gradients = &block.points[point.q].gradients;
+        let [shear, bulk] = law.moduli(&invariants(&means.shown(&point.stretch, Volumetric::Trace)));
+        add_shear(point, gradients, shear * point.weight, size, out);
+        bulk_by_volume += bulk * point.weight;
+        add_nodal(point, gradients, &Mat3::identity(), point.weight / means.volume, &mut mean);
+    }
+    for (i, row) in out.chunks_exact_mut(size).enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            *entry += bulk_by_volume * mean[i] * mean[j];
+        }
+    }
 }
 
 /// Adds 2μ w dev sym(RᵀδF) : dev sym(RᵀδF), which for an isotropic law is all but the bulk part:
 /// `K_ab = μ w ((∇N_a·∇N_b) I + r_b r_aᵀ − ⅔ r_a r_bᵀ)` with r = R ∇N.
-fn add_shear<const N: usize>(point: &IntegrationPoint<N>, rotation: &Mat3, factor: f64, out: &mut [f64]) {
-    let size = 3 * N;
-    let turned = point.gradients.map(|g| rotation * g);
-    for a in 0..N {
-        for b in 0..=a {
-            let (ra, rb) = (turned[a] * factor, &turned[b]);
+fn add_shear<const N: usize>(
+    point: &Local<N>,
+    gradients: &[Vec3; N],
+    factor: f64,
+    size: usize,
+    out: &mut [f64],
+) {
+    let turned = gradients.map(|g| point.rotation * g);
+    for (ra, &a) in turned.iter().zip(&point.places) {
+        let ra = ra * factor;
+        for (rb, &b) in turned.iter().zip(&point.places) {
             let both = ra.dot(rb);
             for i in 0..3 {
                 let row = &mut out[(3 * a + i) * size + 3 * b..][..3];
@@ -167,89 +451,6 @@ fn add_shear<const N: usize>(point: &IntegrationPoint<N>, rotation: &Mat3, facto
                 }
                 row[i] += both;
             }
-        }
-    }
-}
-
-fn tangent<const N: usize>(
-    points: &[IntegrationPoint<N>],
-    first: usize,
-    volume: f64,
-    materials: &Materials,
-    scratch: &mut Scratch,
-    out: &mut [f64],
-) {
-    let size = 3 * N;
-    let mean = mean_trace_gradient(points, &scratch.state, volume);
-    let responses: Vec<_> = (0..points.len())
-        .map(|q| {
-            materials
-                .at(first + q)
-                .stress_and_tangent(&scratch.state[q].strain)
-        })
-        .collect();
-    let pressure = points
-        .iter()
-        .zip(&responses)
-        .map(|(p, (t, _))| p.weight * mandel::trace(t) / 3.0)
-        .sum::<f64>()
-        / volume;
-    // First sweep: the change of every point's stress and of the averaged pressure with each node's displacement.
-    let mut changes: Vec<(Mandel, Mat3)> = Vec::with_capacity(points.len() * size);
-    let mut pressure_change = vec![0.0; size];
-    for (q, point) in points.iter().enumerate() {
-        let k = &scratch.state[q];
-        let (stress, moduli) = &responses[q];
-        let bracket = bracket(k, stress, pressure, materials, first + q);
-        let to_spin = forces::spin_matrix(&k.stretch)
-            .try_inverse()
-            .unwrap_or_else(Mat3::zeros);
-        for a in 0..N {
-            for i in 0..3 {
-                // RᵀδF = (row i of R)ᵀ gᵀ
-                let pulled = k.rotation.row(i).transpose() * point.gradients[a].transpose();
-                let spin = (to_spin * forces::twice_axial(&pulled)).cross_matrix();
-                let own = mandel::from_tensor(&(pulled - spin * k.stretch));
-                let stress_change = moduli * with_trace(own, mean[a][i]);
-                pressure_change[3 * a + i] += point.weight * mandel::trace(&stress_change) / 3.0 / volume;
-                changes.push((stress_change, spin * bracket));
-            }
-        }
-    }
-    // Second sweep: δP and its product with the gradients.
-    for (q, point) in points.iter().enumerate() {
-        let k = &scratch.state[q];
-        for column in 0..size {
-            let (stress_change, turned) = &changes[q * size + column];
-            let with_mean = with_trace(*stress_change, 3.0 * pressure_change[column]);
-            let piola_change = k.rotation * (turned + mandel::to_tensor(&with_mean)) * point.weight;
-            for b in 0..N {
-                let force = piola_change * point.gradients[b];
-                for j in 0..3 {
-                    out[(3 * b + j) * size + column] += force[j];
-                }
-            }
-        }
-    }
-    for a in 0..size {
-        for b in 0..a {
-            let both = 0.5 * (out[a * size + b] + out[b * size + a]);
-            out[a * size + b] = both;
-            out[b * size + a] = both;
-        }
-    }
-}
-
-/// T' = Rᵀ P at the current state.
-fn bracket(k: &Kinematics, stress: &Mandel, pressure: f64, materials: &Materials, q: usize) -> Mat3 {
-    k.rotation
-        .tr_mul(&forces::piola_stress(k, stress, pressure, materials.at(q)))
-}
-
-fn mirror(out: &mut [f64], size: usize) {
-    for a in 0..size {
-        for b in 0..a {
-            out[b * size + a] = out[a * size + b];
         }
     }
 }

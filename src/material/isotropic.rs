@@ -29,9 +29,9 @@ use crate::math::rbf::LinearRbf;
 use std::f64::consts::SQRT_2;
 
 /// 1/√3.
-const INV_SQRT_3: f64 = 0.577_350_269_189_625_8;
+pub(super) const INV_SQRT_3: f64 = 0.577_350_269_189_625_8;
 /// 3√6, which makes the third invariant |dev ε| cos 3θ.
-const THREE_SQRT_6: f64 = 7.348_469_228_349_534;
+pub(super) const THREE_SQRT_6: f64 = 7.348_469_228_349_534;
 
 /// An isotropic material with strain-dependent moduli.
 #[derive(Clone, Debug, PartialEq)]

@@ -37,6 +37,15 @@ pub enum Law {
     TransverselyIsotropic(Box<TransverseRbf>),
 }
 
+/// Which measure of volume change a law's bulk stiffness acts on; elements share that one among their points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Volumetric {
+    /// The trace of Biot strain.
+    Trace,
+    /// J = det F.
+    Jacobian,
+}
+
 /// Why numbers make no material.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LawError {
@@ -190,6 +199,18 @@ impl Law {
             Law::Isotropic(law) => law.young_modulus(strain),
             Law::TransverselyIsotropic(law) => law.young_modulus(strain),
         }
+    }
+
+    /// Which measure of volume change an element may share among its points.
+    #[inline]
+    pub fn volumetric(&self) -> Volumetric {
+        Volumetric::Trace
+    }
+
+    /// Whether stress and strain need not share their axes, so that the change of the rotation makes work too.
+    #[inline]
+    pub fn turns_stress(&self) -> bool {
+        matches!(self, Law::TransverselyIsotropic(_))
     }
 
     /// Whether `strain` lies in the range that the law was fitted in.

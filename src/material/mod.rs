@@ -9,6 +9,7 @@ pub mod check;
 pub mod database;
 pub mod homogeneous;
 pub mod isotropic;
+mod isotropic_lanes;
 pub mod law;
 pub mod record;
 pub mod transverse;

@@ -1,8 +1,9 @@
 //! Small dense algebra that every floor above shares: three-dimensional vectors and matrices.
 //!
-//! Rooms: [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch) and
+//! Rooms: [`exponential`] (of eight numbers at once), [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch) and
 //! [`polar_lanes`] (eight at once), [`rbf`] (radial basis functions).
 
+pub mod exponential;
 pub mod mandel;
 pub mod polar;
 pub mod polar_lanes;
