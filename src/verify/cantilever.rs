@@ -26,8 +26,8 @@ const TABLE: [(f64, f64, f64); 3] = [
 ];
 
 const LENGTH: f64 = 100.0;
-const HEIGHT: f64 = 5.0;
-const WIDTH: f64 = 2.5;
+const HEIGHT: f64 = 10.0;
+const WIDTH: f64 = 1.25;
 const YOUNG_MPA: f64 = 1.0;
 
 /// Tip positions at the loads of the table.
@@ -67,9 +67,9 @@ fn cantilever() -> Result<Findings, CheckError> {
     }
     let beam = Slenderness::rectangle(HEIGHT / LENGTH);
     for (kind, counts) in [
-        (Kind::Hexahedra, [320, 1, 2]),
-        (Kind::KuhnCells, [160, 1, 8]),
-        (Kind::Tetrahedra, [160, 1, 8]),
+        (Kind::Hexahedra, [160, 1, 8]),
+        (Kind::KuhnCells, [160, 1, 16]),
+        (Kind::Tetrahedra, [160, 1, 16]),
     ] {
         let found = bent(kind, counts)?;
         for ((load, ..), u) in TABLE.iter().zip(found) {
