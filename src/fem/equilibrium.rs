@@ -10,23 +10,24 @@
 //! - *Anderson* on `u ← u + K₀⁻¹ (t f_ext − f_int(u))` with one factorisation at rest, K₀: an iteration costs a residual
 //!   and a triangular solve, about a tenth of a Newton step. Where a level takes many iterations, the secant matrix of
 //!   the current state takes the place of K₀ for the rest of the curve;
-//! - *Newton* with the symmetric part of the consistent tangent, the secant matrix where that is indefinite, and a line
-//!   search on ‖K⁻¹ r‖ (Deuflhard's natural monotonicity test), where Anderson stalls.
+//! - *Newton* with the consistent tangent ([`super::newton`]), where Anderson stalls.
 //!
 //! If neither arrives, the load increment is halved and the level is tried again from the last equilibrium. A state with
-//! an element turned inside out (det F ≤ 0) is never accepted: there an iteration can converge to a mirror world.
+//! an element turned inside out (det F ≤ 0) is never accepted: there an iteration can converge to a mirror world. Why a
+//! curve ends before its last level is found out by [`super::diagnosis`].
 //!
 //! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 iterated
 //! to equilibrium; Walker and Ni 2011; Deuflhard 2004.
 
 use super::forces::{Materials, add_internal_forces, smallest_jacobian};
 use super::model::Model;
+use super::diagnosis;
 use super::stiffness::Kind;
 use crate::math::Vec3;
 use crate::numerics::anderson::Anderson;
 use crate::numerics::cholesky::{Cholesky, CholeskyError};
 
-pub use super::load_curve::{BadOption, Curve, Load, Options, Stop, Work};
+pub use super::load_curve::{BadOption, Curve, Load, NewtonMatrix, Options, Stop, Work};
 
 /// Iterations that Anderson's method remembers.
 const DEPTH: usize = 6;
@@ -38,24 +39,26 @@ const PATIENCE: usize = 8;
 /// The solver's memory for one model; one a thread.
 #[derive(Debug)]
 pub struct Solver<'a> {
-    model: &'a Model,
-    rest: Cholesky,
-    newton: Option<Cholesky>,
-    values: Vec<f64>,
+    pub(super) model: &'a Model,
+    pub(super) rest: Cholesky,
+    pub(super) newton: Option<Cholesky>,
+    pub(super) values: Vec<f64>,
+    /// Lower triangle of the tangent's skew part; empty until Newton asks for it.
+    pub(super) skew: Vec<f64>,
     internal: Vec<Vec3>,
-    external: Vec<f64>,
-    residual: Vec<f64>,
-    step: Vec<f64>,
-    unknowns: Vec<f64>,
-    memory: Anderson,
+    pub(super) external: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) step: Vec<f64>,
+    pub(super) unknowns: Vec<f64>,
+    pub(super) memory: Anderson,
     /// Does the accelerated iteration go on with the factor of a later state?
-    is_refreshed: bool,
-    work: Work,
+    pub(super) is_refreshed: bool,
+    pub(super) work: Work,
 }
 
 /// Residual at a state: the forces out of balance and the scale that they are judged by.
-struct Imbalance {
-    residual_norm: f64,
+pub(super) struct Imbalance {
+    pub residual_norm: f64,
     scale: f64,
 }
 
@@ -76,6 +79,7 @@ impl<'a> Solver<'a> {
             rest: Cholesky::new(model.symbolic().clone())?,
             newton: None,
             values: vec![0.0; model.symbolic().pattern().rows.len()],
+            skew: Vec::new(),
             internal: vec![Vec3::zeros(); model.mesh.nodes.len()],
             external: vec![0.0; n],
             residual: vec![0.0; n],
@@ -132,7 +136,7 @@ impl<'a> Solver<'a> {
                     curve.levels.push(path.u.clone());
                 }
                 Attempt::Failed(stop) => {
-                    curve.stop = stop;
+                    curve.stop = diagnosis::named(self, stop, &path, materials, load);
                     break;
                 }
             }
@@ -272,6 +276,7 @@ impl<'a> Solver<'a> {
                 self.newton(u, materials, options, cancelled)
             });
         let Some(residual) = arrived else {
+            path.failed.replace(u.clone());
             return Attempt::Failed(if cancelled() {
                 Stop::Cancelled
             } else {
@@ -292,7 +297,7 @@ impl<'a> Solver<'a> {
     }
 
     /// The residual at `u`, left in `self.residual`.
-    fn imbalance(&mut self, u: &[Vec3], materials: &Materials) -> Imbalance {
+    pub(super) fn imbalance(&mut self, u: &[Vec3], materials: &Materials) -> Imbalance {
         self.work.residuals += 1;
         self.internal.fill(Vec3::zeros());
         add_internal_forces(&self.model.parts, u, materials, &mut self.internal);
@@ -374,83 +379,6 @@ impl<'a> Solver<'a> {
         self.is_refreshed
     }
 
-    fn newton(
-        &mut self,
-        u: &mut Vec<Vec3>,
-        materials: &Materials,
-        options: &Options,
-        cancelled: &dyn Fn() -> bool,
-    ) -> Option<f64> {
-        if self.newton.is_none() {
-            self.newton = Cholesky::new(self.model.symbolic().clone()).ok();
-        }
-        // Newton's factors take the place of a refreshed one.
-        self.is_refreshed = false;
-        self.memory.restart();
-        let mut found = self.imbalance(u, materials);
-        for _ in 0..options.newton_iterations {
-            if !found.residual_norm.is_finite() || cancelled() {
-                return None;
-            }
-            self.work.newton_iterations += 1;
-            let mut moved = false;
-            for kind in [Kind::Tangent, Kind::Secant] {
-                if !self.factorise_at(u, materials, kind) {
-                    continue;
-                }
-                self.step.copy_from_slice(&self.residual);
-                self.newton.as_mut()?.solve(&mut self.step);
-                let size = largest(&self.step);
-                if is_settled(&found, size, u, options) {
-                    return Some(relative(&found));
-                }
-                if let Some(next) = self.line_search(u, materials) {
-                    found = next;
-                    moved = true;
-                    break;
-                }
-                // The search left its last trial's residual behind.
-                found = self.imbalance(u, materials);
-            }
-            if !moved {
-                return None;
-            }
-        }
-        None
-    }
-
-    fn factorise_at(&mut self, u: &[Vec3], materials: &Materials, kind: Kind) -> bool {
-        self.model.assemble(u, materials, kind, &mut self.values);
-        self.work.factorisations += 1;
-        self.newton
-            .as_mut()
-            .is_some_and(|n| n.factorise(&self.values).is_ok())
-    }
-
-    /// Moves `u` along `self.step` as far as ‖K⁻¹ r‖ falls; `None` if it never does.
-    fn line_search(&mut self, u: &mut Vec<Vec3>, materials: &Materials) -> Option<Imbalance> {
-        let direction = self.step.clone();
-        let before = norm(&direction);
-        self.model.gather(u, &mut self.unknowns);
-        let origin = self.unknowns.clone();
-        let mut trial = u.clone();
-        for halvings in 0..7 {
-            let share = 0.5f64.powi(halvings);
-            for ((x, o), d) in self.unknowns.iter_mut().zip(&origin).zip(&direction) {
-                *x = o + share * d;
-            }
-            self.model.spread(&self.unknowns, &mut trial);
-            let found = self.imbalance(&trial, materials);
-            self.step.copy_from_slice(&self.residual);
-            self.newton.as_mut()?.solve(&mut self.step);
-            if norm(&self.step) <= (1.0 - 0.25 * share) * before {
-                std::mem::swap(u, &mut trial);
-                return Some(found);
-            }
-        }
-        None
-    }
-
     /// Forces that the supports exert at the displacements `u`, `(nodes)` \[N\]; zero on unknown components.
     pub fn reactions(&mut self, u: &[Vec3], materials: &Materials, external: &[Vec3]) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); u.len()];
@@ -465,10 +393,12 @@ impl<'a> Solver<'a> {
 }
 
 /// The equilibria met so far.
-struct Path {
-    u: Vec<Vec3>,
-    factor: f64,
+pub(super) struct Path {
+    pub u: Vec<Vec3>,
+    pub factor: f64,
     previous: Option<(Vec<Vec3>, f64)>,
+    /// Where the last iteration that failed ended.
+    pub failed: std::cell::RefCell<Vec<Vec3>>,
 }
 
 impl Path {
@@ -477,6 +407,7 @@ impl Path {
             u: vec![Vec3::zeros(); nodes],
             factor: 0.0,
             previous: None,
+            failed: std::cell::RefCell::default(),
         }
     }
 
@@ -486,12 +417,12 @@ impl Path {
     }
 }
 
-fn is_settled(found: &Imbalance, step: f64, u: &[Vec3], options: &Options) -> bool {
+pub(super) fn is_settled(found: &Imbalance, step: f64, u: &[Vec3], options: &Options) -> bool {
     let size = u.iter().map(Vec3::amax).fold(0.0, f64::max);
     found.residual_norm <= options.tolerance * found.scale && step <= options.tolerance * size
 }
 
-fn relative(found: &Imbalance) -> f64 {
+pub(super) fn relative(found: &Imbalance) -> f64 {
     if found.scale > 0.0 {
         found.residual_norm / found.scale
     } else {
@@ -499,11 +430,11 @@ fn relative(found: &Imbalance) -> f64 {
     }
 }
 
-fn norm(a: &[f64]) -> f64 {
+pub(super) fn norm(a: &[f64]) -> f64 {
     a.iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
-fn largest(a: &[f64]) -> f64 {
+pub(super) fn largest(a: &[f64]) -> f64 {
     // f64::max drops NaN, which must be seen.
     a.iter()
         .fold(0.0, |m, a| if a.is_nan() { f64::NAN } else { a.abs().max(m) })

@@ -3,6 +3,16 @@
 
 use crate::math::Vec3;
 
+/// The matrix of Newton's iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NewtonMatrix {
+    /// The derivative of the internal forces.
+    #[default]
+    Tangent,
+    /// Its symmetric part, which costs no inner iterations and converges linearly where a law has no energy.
+    SymmetricPart,
+}
+
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -13,6 +23,8 @@ pub struct Options {
     pub accelerated_iterations: usize,
     /// Most Newton iterations of one level. Default 30.
     pub newton_iterations: usize,
+    /// The matrix of Newton's iteration. Default [`NewtonMatrix::Tangent`].
+    pub newton_matrix: NewtonMatrix,
     /// How often a load increment may be halved. Default 6.
     pub halvings: usize,
     /// Least fill of an integration point whose inversion counts: a corner that is mostly outside the object may fold.
@@ -40,6 +52,7 @@ impl Default for Options {
             tolerance: 1e-8,
             accelerated_iterations: 40,
             newton_iterations: 30,
+            newton_matrix: NewtonMatrix::Tangent,
             halvings: 6,
             least_fill: 0.25,
         }
@@ -105,6 +118,18 @@ pub enum Stop {
     Converged,
     /// The iterations did not arrive, however small the increment.
     NotConverged,
+    /// The load can hardly grow: the object buckles, snaps or gives in.
+    LimitPoint {
+        /// The stiffness along the load at the last equilibrium, as a share of that at rest; zero if indefinite.
+        stiffness: f64,
+    },
+    /// The interpolated stiffness of a material is not positive definite at the strain that an element would have.
+    Indefinite {
+        /// Number of the element, from 0.
+        element: usize,
+        /// Its first node in the undeformed object \[mm\].
+        place: Vec3,
+    },
     /// The next state would turn an element inside out.
     Inverted {
         /// Number of the element, from 0.
@@ -123,6 +148,16 @@ impl std::fmt::Display for Stop {
         match self {
             Stop::Converged => write!(f, "in equilibrium at every level"),
             Stop::NotConverged => write!(f, "no equilibrium found beyond this load"),
+            Stop::LimitPoint { stiffness } => write!(
+                f,
+                "limit point: the load can hardly grow beyond this, the stiffness along it is down to {:.1} % of that at rest",
+                100.0 * stiffness
+            ),
+            Stop::Indefinite { element, place } => write!(
+                f,
+                "the interpolated stiffness is not positive definite in element {element} near ({:.1}, {:.1}, {:.1}) mm beyond this load: fit the material over larger strains, or with a form that cannot lose it",
+                place.x, place.y, place.z
+            ),
             Stop::Inverted { element, place } => write!(
                 f,
                 "element {element} near ({:.1}, {:.1}, {:.1}) mm would turn inside out beyond this load",
@@ -144,6 +179,8 @@ pub struct Work {
     pub accelerated_iterations: usize,
     /// Newton iterations.
     pub newton_iterations: usize,
+    /// Iterations for the skew part of the tangent.
+    pub linear_iterations: usize,
     /// Numeric factorisations.
     pub factorisations: usize,
     /// Evaluations of the internal forces.

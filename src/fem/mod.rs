@@ -7,6 +7,7 @@
 //! and [`scene_text`] (an object with its materials and what is done to it), [`stage`] (its load cases, simulated),
 //! [`scene_record`] (what that leaves behind).
 
+mod diagnosis;
 pub mod elements;
 pub mod equilibrium;
 pub mod example;
@@ -14,6 +15,7 @@ pub mod example_text;
 pub mod forces;
 pub mod load_curve;
 pub mod model;
+mod newton;
 pub mod patches;
 pub mod regions;
 mod response;

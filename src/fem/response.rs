@@ -9,7 +9,9 @@
 use super::elements::{BATCH, VolumetricStrain};
 use crate::material::law::{Law, Volumetric};
 use crate::math::mandel::{self, Mandel};
-use crate::math::polar_lanes::{Lanes, Matrices, ZERO, extract, rotations};
+use crate::math::polar_lanes::{Lanes, Matrices, ZERO, cofactors, extract, rotations};
+use crate::math::roots::inverse_cube_root;
+use crate::material::neo_hookean::Volumetry;
 use crate::math::polar::cofactor;
 use crate::math::{Mat3, Vec3};
 use crate::material::isotropic::IsotropicRbf;
@@ -129,8 +131,14 @@ pub(super) fn weighted_piola(
     laws: &Laws,
     volumetric: VolumetricStrain,
 ) -> Matrices {
-    if let Laws::Same(Law::Isotropic(law)) = laws {
-        return isotropic(f, weight, law, volumetric);
+    match laws {
+        Laws::Same(Law::Isotropic(law)) => return isotropic(f, weight, law, volumetric),
+        Laws::Same(Law::Hyperelastic(law)) => {
+            if let Some((form, shear, second)) = law.neo_hookean() {
+                return neo_hookean(f, weight, form, [shear, second], volumetric);
+            }
+        }
+        _ => {}
     }
     let states = states(f, weight, laws, volumetric);
     let mut piola = [[ZERO; 3]; 3];
@@ -186,6 +194,92 @@ fn isotropic(f: &Matrices, weight: &Lanes, law: &IsotropicRbf, volumetric: Volum
         }
     }
     product(&r, &stress)
+}
+
+/// One neo-Hookean law in all lanes, which needs no rotation: P = a F + b F⁻ᵀ.
+#[inline(always)]
+fn neo_hookean(
+    f: &Matrices,
+    weight: &Lanes,
+    form: Volumetry,
+    moduli: [f64; 2],
+    volumetric: VolumetricStrain,
+) -> Matrices {
+    let cofactors = cofactors(f);
+    let (mut jacobian, mut first) = (ZERO, ZERO);
+    for i in 0..3 {
+        for l in 0..BATCH {
+            jacobian[l] += f[0][i][l] * cofactors[0][i][l];
+            for row in f {
+                first[l] += row[i][l] * row[i][l];
+            }
+        }
+    }
+    let is_shared = volumetric == VolumetricStrain::Shared;
+    // The J that the law is shown, and the square of s = (ḡ/J)^⅓ by which it is shown F.
+    let (mut shown, mut square) = (jacobian, [1.0; BATCH]);
+    if is_shared {
+        let mean = mean(weight, &jacobian);
+        let root = inverse_cube_root(&jacobian);
+        let own = inverse_cube_root(&[mean; BATCH]);
+        for l in 0..BATCH {
+            square[l] = root[l] * root[l] / (own[l] * own[l]);
+        }
+        shown = [mean; BATCH];
+    }
+    let (mut a, mut b) = neo_hookean_factors(form, moduli, &shown, &first, &square);
+    if is_shared {
+        let mut pressure = ZERO;
+        for l in 0..BATCH {
+            let kirchhoff = (a[l] * square[l] * first[l] + 3.0 * b[l]) / 3.0;
+            b[l] -= kirchhoff;
+            pressure[l] = kirchhoff / shown[l];
+        }
+        let mean = mean(weight, &pressure);
+        for l in 0..BATCH {
+            a[l] *= square[l];
+            b[l] += mean * jacobian[l];
+        }
+    }
+    let mut piola = [[ZERO; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            for l in 0..BATCH {
+                // Beyond inversion the energy is not defined.
+                let b = if jacobian[l] > 0.0 { b[l] / jacobian[l] } else { f64::NAN };
+                piola[i][j][l] = (a[l] * f[i][j][l] + b * cofactors[i][j][l]) * weight[l];
+            }
+        }
+    }
+    piola
+}
+
+/// a and b of P = a F + b F⁻ᵀ where the law is shown the volume ratio `shown` and the first invariant `first · square`.
+#[inline(always)]
+fn neo_hookean_factors(
+    form: Volumetry,
+    moduli: [f64; 2],
+    shown: &Lanes,
+    first: &Lanes,
+    square: &Lanes,
+) -> (Lanes, Lanes) {
+    let (mut a, mut b) = (ZERO, ZERO);
+    match form {
+        Volumetry::Logarithmic => {
+            for l in 0..BATCH {
+                a[l] = moduli[0];
+                b[l] = moduli[1] * shown[l].ln() - moduli[0];
+            }
+        }
+        Volumetry::Isochoric => {
+            let root = inverse_cube_root(shown);
+            for l in 0..BATCH {
+                a[l] = moduli[0] * root[l] * root[l];
+                b[l] = moduli[1] * shown[l] * (shown[l] - 1.0) - a[l] * first[l] * square[l] / 3.0;
+            }
+        }
+    }
+    (a, b)
 }
 
 /// Σ w a / Σ w, zero without volume.

@@ -87,7 +87,7 @@ pub fn fit_coupon(
         });
     }
     let law = Law::Isotropic(fit.law.clone());
-    let mut record = skeleton(coupon, Kind::Isotropic, &law, fit.engineering_strain);
+    let mut record = skeleton(coupon, Kind::Isotropic, &law, fit.engineering_strain)?;
     record.measurements = measurements;
     record
         .assumptions
@@ -102,7 +102,7 @@ pub fn fit_coupon(
 fn of_tubes(coupon: &CouponFile, tubes: &Tubes) -> Result<Fitted, FitError> {
     let (law, range) = tubes.law()?;
     let law = Law::TransverselyIsotropic(Box::new(law));
-    let mut record = skeleton(coupon, Kind::TransverselyIsotropic, &law, range);
+    let mut record = skeleton(coupon, Kind::TransverselyIsotropic, &law, range)?;
     record.synthetic = true;
     record.assumptions.push(format!(
         "not measured: estimated for tubes of {} mm at {} mm in a base of {} MPa, Poisson's ratio {}, by averages of \
@@ -131,8 +131,13 @@ fn span(curve: &Curve) -> (f64, f64) {
 }
 
 /// Everything of the record but what was measured.
-fn skeleton(coupon: &CouponFile, kind: Kind, law: &Law, engineering_strain: [f64; 2]) -> MaterialRecord {
-    MaterialRecord {
+fn skeleton(
+    coupon: &CouponFile,
+    kind: Kind,
+    law: &Law,
+    engineering_strain: [f64; 2],
+) -> Result<MaterialRecord, CouponError> {
+    Ok(MaterialRecord {
         schema: SCHEMA,
         id: coupon.id.clone(),
         name: coupon.name.clone(),
@@ -143,10 +148,10 @@ fn skeleton(coupon: &CouponFile, kind: Kind, law: &Law, engineering_strain: [f64
         assumptions: coupon.assumptions.clone(),
         printability: coupon.printability.clone(),
         source: coupon.source.clone(),
-        model: Model::of(law, engineering_strain.map(|e| rounded(e, 4))),
+        model: Model::of(law, engineering_strain.map(|e| rounded(e, 4)))?,
         measurements: Vec::new(),
         checks: check_pairs(law, engineering_strain),
-    }
+    })
 }
 
 /// What the fit itself had to assume, in words.

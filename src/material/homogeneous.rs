@@ -2,19 +2,20 @@
 //!
 //! ```text
 //! uniaxial:       ε = diag(e, e, a),  T_xx(e, a) = 0  →  e;   nominal stress P = T_zz
+//! equibiaxial:    ε = diag(a, a, e),  T_zz(a, e) = 0  →  e;   nominal stress P = T_xx
 //! simple shear:   F = I + γ e1⊗e2,  F = RU,  P = R T(U − I);  nominal shear stress P_12
 //! ```
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | a, e | engineering strain along z and across it | – |
+//! | a, e | engineering strain where it is prescribed, and where it follows | – |
 //! | γ | shear | – |
 //! | T, P | Biot stress; first Piola–Kirchhoff (nominal) stress, force over reference area | MPa |
 //!
-//! In a uniaxial test R = I, so Biot stress is the nominal one. Validity: isotropic laws, and transversely isotropic
-//! ones loaded along their axis z. In simple shear nothing holds the normal stresses at zero, as between bonded plates.
+//! Where R = I, in the first two, Biot stress is the nominal one. Validity: isotropic laws, and transversely isotropic
+//! ones loaded along their axis z (equibiaxially across it). In simple shear nothing holds the normal stresses at zero, as between bonded plates.
 
-use super::law::Law;
+use super::law::{Law, Volumetric};
 use crate::math::Mat3;
 use crate::math::mandel::{Mandel, from_tensor, to_tensor};
 
@@ -38,40 +39,90 @@ impl Uniaxial {
 
 /// The uniaxial state at engineering strain `axial` along z.
 pub fn uniaxial(law: &Law, axial: f64) -> Uniaxial {
-    let at = |e: f64| law.stress(&Mandel::new(e, e, axial, 0.0, 0.0, 0.0));
-    // Positive definiteness of an isotropic secant puts its Poisson's ratio, and with it −e/a, between −1 and ½;
-    // an anisotropic one may leave that, so the bracket is wider.
-    let (mut low, mut high) = (-2.0 * axial.abs(), 2.0 * axial.abs());
-    let mut lateral = -law.poisson_ratio_at_rest() * axial;
-    if axial != 0.0 {
-        for _ in 0..80 {
-            let strain = Mandel::new(lateral, lateral, axial, 0.0, 0.0, 0.0);
-            let (stress, tangent) = law.stress_and_tangent(&strain);
-            // Stress across rises with strain across: the sign tells the side of the root.
-            if stress[0] > 0.0 {
-                high = lateral;
-            } else {
-                low = lateral;
-            }
-            let slope = tangent[(0, 0)] + tangent[(0, 1)];
-            let newton = lateral - stress[0] / slope;
-            let next = if newton > low && newton < high {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
-            let settled = (next - lateral).abs() <= 1e-15 * axial.abs();
-            lateral = next;
-            if settled {
-                break;
-            }
-        }
-    }
+    let at = |e: f64| Mandel::new(e, e, axial, 0.0, 0.0, 0.0);
+    let lateral = free_strain(law, axial, -law.poisson_ratio_at_rest() * axial, |e| {
+        let (stress, tangent) = law.stress_and_tangent(&at(e));
+        (stress[0], tangent[(0, 0)] + tangent[(0, 1)])
+    });
     Uniaxial {
         axial,
         lateral,
-        stress: at(lateral)[2],
+        stress: law.stress(&at(lateral))[2],
     }
+}
+
+/// A state of equal stress along x and y and none along z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equibiaxial {
+    /// Engineering strain along x and y.
+    pub in_plane: f64,
+    /// Engineering strain along z, from zero stress there.
+    pub thickness: f64,
+    /// Nominal stress along x and y \[MPa\].
+    pub stress: f64,
+}
+
+impl Equibiaxial {
+    /// The strain, `(6)`.
+    pub fn strain(&self) -> Mandel {
+        Mandel::new(self.in_plane, self.in_plane, self.thickness, 0.0, 0.0, 0.0)
+    }
+}
+
+/// The equibiaxial state at engineering strain `in_plane` along x and y.
+pub fn equibiaxial(law: &Law, in_plane: f64) -> Equibiaxial {
+    let at = |e: f64| Mandel::new(in_plane, in_plane, e, 0.0, 0.0, 0.0);
+    let (_, rest) = law.stress_and_tangent(&Mandel::zeros());
+    let start = -2.0 * rest[(2, 0)] / rest[(2, 2)] * in_plane;
+    let thickness = free_strain(law, in_plane, start, |e| {
+        let (stress, tangent) = law.stress_and_tangent(&at(e));
+        (stress[2], tangent[(2, 2)])
+    });
+    Equibiaxial {
+        in_plane,
+        thickness,
+        stress: law.stress(&at(thickness))[0],
+    }
+}
+
+/// The strain at which a stress that rises with it is zero, by Newton's method inside a bracket; `stress` answers the
+/// stress and its slope, `given` is the strain of the loaded direction.
+fn free_strain(law: &Law, given: f64, start: f64, stress: impl Fn(f64) -> (f64, f64)) -> f64 {
+    if given == 0.0 {
+        return 0.0;
+    }
+    // Positive definiteness of an isotropic secant puts its Poisson's ratio, and with it −e/a, between −1 and ½;
+    // an anisotropic one may leave that, so the bracket is wider. At finite strain a block that keeps its volume goes
+    // further when it is pressed: to a stretch of 1/√λ across, or of 1/λ² under equal pressure from the sides.
+    let (mut low, mut high) = (-2.0 * given.abs(), 2.0 * given.abs());
+    if law.volumetric() == Volumetric::Jacobian && given > -1.0 {
+        let stretch = 1.0 + given;
+        high = high.max(2.0 / (stretch * stretch));
+        low = low.max(-1.0);
+    }
+    let mut free = start.clamp(0.999 * low, 0.999 * high);
+    for _ in 0..80 {
+        let (here, slope) = stress(free);
+        // Stress rises with strain: the sign tells the side of the root. Below the root is also where there is no
+        // stress at all, because a stretch is not positive.
+        if here > 0.0 {
+            high = free;
+        } else {
+            low = free;
+        }
+        let newton = free - here / slope;
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
+        let settled = (next - free).abs() <= 1e-15 * given.abs();
+        free = next;
+        if settled {
+            break;
+        }
+    }
+    free
 }
 
 /// Biot strain of simple shear γ in the plane of x and y, `(6)`, and the rotation of its polar decomposition.

@@ -23,9 +23,9 @@
 //! tensors as centres do not grant; being interpolated in logarithms, μ and K are positive at every strain. Source:
 //! the strain-space interpolation of Bickel 2010, section 7.2.2, with these changes.
 
-use super::law::{LawError, Range, SMOOTHING_STRAIN, smooth_norm};
+use super::law::{LawError, Range, SMOOTHING_STRAIN, expect_count, smooth_norm};
 use crate::math::mandel::{Mandel, Mandel6, deviator, trace};
-use crate::math::rbf::LinearRbf;
+use crate::math::rbf::{Cardinal, ConstantTerm, LinearRbf};
 use std::f64::consts::SQRT_2;
 
 /// 1/√3.
@@ -37,6 +37,8 @@ pub(super) const THREE_SQRT_6: f64 = 7.348_469_228_349_534;
 #[derive(Clone, Debug, PartialEq)]
 pub struct IsotropicRbf {
     log_moduli: LinearRbf<3, 2>,
+    /// None without centres.
+    cardinal: Option<Cardinal>,
     range: Range<3>,
 }
 
@@ -49,6 +51,7 @@ impl IsotropicRbf {
         let (shear, bulk) = shear_and_bulk(young_mpa, poisson)?;
         Ok(IsotropicRbf {
             log_moduli: LinearRbf::constant([shear.ln(), bulk.ln()]),
+            cardinal: None,
             range: Range::UNBOUNDED,
         })
     }
@@ -67,8 +70,10 @@ impl IsotropicRbf {
             positive("bulk modulus", bulk)?;
         }
         let logarithms: Vec<[f64; 2]> = moduli.iter().map(|m| [m[0].ln(), m[1].ln()]).collect();
+        let log_moduli = LinearRbf::interpolating(centres, &logarithms)?;
         Ok(IsotropicRbf {
-            log_moduli: LinearRbf::interpolating(centres, &logarithms)?,
+            cardinal: cardinal_of(&log_moduli)?,
+            log_moduli,
             range,
         })
     }
@@ -78,8 +83,12 @@ impl IsotropicRbf {
     /// # Errors
     /// If the counts differ, a number is not finite, or the weights do not sum to zero.
     pub fn from_weights(log_moduli: LinearRbf<3, 2>, range: Range<3>) -> Result<Self, LawError> {
-        check_weights(&log_moduli)?;
-        Ok(IsotropicRbf { log_moduli, range })
+        check_weights(&log_moduli.centres, &log_moduli.weights, &log_moduli.constant)?;
+        Ok(IsotropicRbf {
+            cardinal: cardinal_of(&log_moduli)?,
+            log_moduli,
+            range,
+        })
     }
 
     /// Centres, weights and constants of (ln μ, ln K).
@@ -161,6 +170,68 @@ impl IsotropicRbf {
         let [shear, bulk] = self.moduli(&[0.0; 3]);
         poisson(shear, bulk)
     }
+
+    /// See [`super::law::Law::energy`]: ½ T·ε where the moduli do not depend on strain.
+    pub fn energy(&self, strain: &Mandel) -> Option<f64> {
+        let constant = self.log_moduli.weights.iter().flatten().all(|w| *w == 0.0);
+        constant.then(|| 0.5 * self.stress(strain).dot(strain))
+    }
+
+    /// (ln μ, ln K) at the centres, `(n × 2)`; the constants if there are no centres.
+    pub fn values(&self) -> Vec<[f64; 2]> {
+        if self.log_moduli.centres.is_empty() {
+            return vec![self.log_moduli.constant];
+        }
+        let at = |q| self.log_moduli.value(q);
+        self.log_moduli.centres.iter().map(at).collect()
+    }
+
+    /// The same centres with other values of (ln μ, ln K), two numbers a centre.
+    ///
+    /// # Errors
+    /// A wrong count, or a number that is no logarithm of a modulus.
+    pub fn with_values(&self, values: &[f64]) -> Result<Self, LawError> {
+        expect_count(self.values().len() * 2, values.len())?;
+        expect_logarithms(values)?;
+        let rows: Vec<[f64; 2]> = values.chunks_exact(2).map(|v| [v[0], v[1]]).collect();
+        let mut law = self.clone();
+        if self.log_moduli.centres.is_empty() {
+            law.log_moduli.constant = rows[0];
+        } else {
+            law.log_moduli = LinearRbf::interpolating(&self.log_moduli.centres, &rows)?;
+        }
+        Ok(law)
+    }
+
+    /// ∂T/∂(ln μ_j), ∂T/∂(ln K_j) at fixed strain for each centre j, `(2n)`: the cardinal functions times
+    /// 2μ dev ε and K tr ε I.
+    pub fn stress_by_values(&self, strain: &Mandel) -> Vec<Mandel> {
+        let dev = deviator(strain);
+        let q = self.range.nearest(&invariants_of(trace(strain), &dev));
+        let [shear, bulk] = self.log_moduli.value(&q).map(f64::exp);
+        let by_shear = dev * (2.0 * shear);
+        let by_bulk = Mandel::new(1.0, 1.0, 1.0, 0.0, 0.0, 0.0) * (bulk * trace(strain));
+        let shares = match &self.cardinal {
+            Some(cardinal) => cardinal.values(&self.log_moduli.distances(&q)),
+            None => vec![1.0],
+        };
+        shares
+            .iter()
+            .flat_map(|l| [by_shear * *l, by_bulk * *l])
+            .collect()
+    }
+}
+
+/// Whether all numbers are logarithms of moduli.
+pub(super) fn expect_logarithms(values: &[f64]) -> Result<(), LawError> {
+    match values.iter().find(|v| !v.exp().is_normal()) {
+        None => Ok(()),
+        Some(value) => Err(LawError::Coefficient {
+            field: "ln modulus".into(),
+            value: *value,
+            expected: "the logarithm of a positive modulus",
+        }),
+    }
 }
 
 /// The invariants q of a strain, `(3)`.
@@ -202,25 +273,28 @@ pub(super) fn positive(name: &'static str, value: f64) -> Result<(), LawError> {
     }
 }
 
-pub(super) fn check_weights<const D: usize, const V: usize>(rbf: &LinearRbf<D, V>) -> Result<(), LawError> {
-    if rbf.centres.len() != rbf.weights.len() {
-        let (n, m) = (rbf.centres.len(), rbf.weights.len());
+pub(super) fn check_weights<const D: usize, const V: usize>(
+    centres: &[[f64; D]],
+    weights: &[[f64; V]],
+    constant: &[f64; V],
+) -> Result<(), LawError> {
+    if centres.len() != weights.len() {
+        let (n, m) = (centres.len(), weights.len());
         return Err(LawError::Weights(format!("{m} rows of weights for {n} centres")));
     }
-    let numbers = rbf
-        .centres
+    let mut numbers = centres
         .iter()
         .flatten()
-        .chain(rbf.weights.iter().flatten())
-        .chain(&rbf.constant);
-    if !numbers.clone().all(|x| x.is_finite()) {
+        .chain(weights.iter().flatten())
+        .chain(constant);
+    if !numbers.all(|x| x.is_finite()) {
         return Err(LawError::Weights(
             "a centre, weight or constant is not finite".into(),
         ));
     }
     for k in 0..V {
-        let sum: f64 = rbf.weights.iter().map(|w| w[k]).sum();
-        let size: f64 = rbf.weights.iter().map(|w| w[k].abs()).sum();
+        let sum: f64 = weights.iter().map(|w| w[k]).sum();
+        let size: f64 = weights.iter().map(|w| w[k].abs()).sum();
         if sum.abs() > 1e-6 * size.max(1e-3) {
             return Err(LawError::Weights(format!(
                 "column {} sums to {sum:e} instead of 0",
@@ -229,6 +303,16 @@ pub(super) fn check_weights<const D: usize, const V: usize>(rbf: &LinearRbf<D, V
         }
     }
     Ok(())
+}
+
+/// The cardinal functions of the linear kernel; none without centres.
+pub(super) fn cardinal_of<const D: usize, const V: usize>(
+    rbf: &LinearRbf<D, V>,
+) -> Result<Option<Cardinal>, LawError> {
+    if rbf.centres.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Cardinal::new(&rbf.centres, |r| r, ConstantTerm::With)?))
 }
 
 #[inline]

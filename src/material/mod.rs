@@ -2,14 +2,21 @@
 //!
 //! A law maps Biot strain to Biot stress through a secant stiffness that depends on strain by radial basis functions,
 //! σ = E(p(ε)) ε (Bickel 2010, sections 7.2 and 8.2). Rooms: [`law`] is what elements call; [`isotropic`] and
-//! [`transverse`] are the two kinds; [`homogeneous`] answers the tests of a coupon; [`record`] is a material on disk,
+//! [`transverse`] are that secant form; [`hyperelastic`] (with [`neo_hookean`], [`principal`] and the terms of its energies) and
+//! [`energy`] have an energy; [`paper`] is the papers' form for comparison; [`homogeneous`] answers the tests of a coupon; [`record`] is a material on disk,
 //! [`check`] says whether to trust it, [`database`] is the folder of all.
 
 pub mod check;
 pub mod database;
+pub mod energy;
 pub mod homogeneous;
+pub mod hyperelastic;
 pub mod isotropic;
 mod isotropic_lanes;
 pub mod law;
+pub mod neo_hookean;
+pub mod paper;
+pub mod principal;
 pub mod record;
+mod stretch_terms;
 pub mod transverse;

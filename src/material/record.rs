@@ -4,9 +4,12 @@
 //! of strain it was fitted in, density, colour, what was measured and where that came from, how well the law answers
 //! the measurement, what had to be assumed. `docs/formats.md` describes the file.
 
+use super::energy::EnergyRbf;
+use super::hyperelastic::{Form, Hyperelastic};
 use super::isotropic::IsotropicRbf;
 use super::law::{Law, LawError, Range};
 use super::transverse::{TransverseModuli, TransverseRbf};
+use crate::math::multiquadric::Multiquadric;
 use crate::math::rbf::LinearRbf;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -104,15 +107,41 @@ pub struct Source {
     pub link: Option<String>,
 }
 
-/// The strain-dependent stiffness.
+/// What is made of the moduli at the centres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// A secant stiffness: [`super::isotropic`], [`super::transverse`].
+    #[default]
+    Secant,
+    /// An energy: [`super::energy`].
+    Energy,
+}
+
+impl Formulation {
+    fn is_secant(&self) -> bool {
+        *self == Formulation::Secant
+    }
+}
+
+/// The law's numbers: a strain-dependent stiffness, or a hyperelastic energy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Model {
+    /// Secant if the file says nothing.
+    #[serde(default, skip_serializing_if = "Formulation::is_secant")]
+    pub formulation: Formulation,
+    /// The kernel's offset c of an energy, in strain; 0 if the file says nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
     /// Constants of the interpolated quantities, `(V)`.
     pub constant: Vec<f64>,
     /// The fitted range of strain.
     pub range: ModelRange,
     /// The centres.
     pub centres: Vec<Centre>,
+    /// A hyperelastic energy. Then there are no constants, no centres and no ranges of invariants.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hyperelastic: Option<Form>,
 }
 
 /// The fitted range of strain.
@@ -245,8 +274,20 @@ impl MaterialRecord {
     }
 
     fn check_lengths(&self, text: &str, file: &Path) -> Result<(), RecordError> {
-        let (d, v) = (self.kind.invariants(), self.kind.moduli());
         let kind = self.kind.word();
+        let (d, v) = match &self.model.hyperelastic {
+            None => (self.kind.invariants(), self.kind.moduli()),
+            Some(_) => (0, 0),
+        };
+        let isotropic_only = self.model.hyperelastic.is_some() || !self.model.formulation.is_secant();
+        if isotropic_only && self.kind != Kind::Isotropic {
+            let expected = "isotropic, for a law with an energy";
+            return Err(field_error(text, file, "kind", &kind, expected));
+        }
+        if let (Some(_), Some(_)) = (&self.model.hyperelastic, self.model.centres.first()) {
+            let expected = "none beside model.hyperelastic";
+            return Err(field_error(text, file, "model.centres", &"some", expected));
+        }
         let wrong = |field: String, list: &[f64], length: usize| {
             let expected = format!("{length} numbers, for a material that is {kind}");
             Err(field_error(text, file, &field, &format!("{list:?}"), &expected))
@@ -286,7 +327,23 @@ impl MaterialRecord {
             source,
         };
         let model = &self.model;
+        if let Some(form) = &model.hyperelastic {
+            let law = Hyperelastic::new(form.clone());
+            return law.map(Law::Hyperelastic).map_err(named);
+        }
         match self.kind {
+            Kind::Isotropic if model.formulation == Formulation::Energy => {
+                let range = model.range.invariants::<3>().map_err(named)?;
+                let rbf = model.interpolant::<3, 2>().map_err(named)?;
+                let smooth = Multiquadric {
+                    centres: rbf.centres,
+                    weights: rbf.weights,
+                    constant: rbf.constant,
+                    offset: model.offset.unwrap_or(0.0),
+                };
+                let law = EnergyRbf::from_weights(smooth, range);
+                law.map(|law| Law::Energy(Box::new(law))).map_err(named)
+            }
             Kind::Isotropic => {
                 let range = model.range.invariants::<3>().map_err(named)?;
                 let law = IsotropicRbf::from_weights(model.interpolant::<3, 2>().map_err(named)?, range);
@@ -311,7 +368,17 @@ impl MaterialRecord {
             source,
         };
         let model = &self.model;
+        if model.hyperelastic.is_some() {
+            return self.law();
+        }
         match self.kind {
+            Kind::Isotropic if model.formulation == Formulation::Energy => {
+                let (centres, moduli) = model.rows::<3, 2>().map_err(named)?;
+                let range = model.range.invariants::<3>().map_err(named)?;
+                EnergyRbf::interpolating(&centres, &moduli, model.offset.unwrap_or(0.0), range)
+                    .map(|law| Law::Energy(Box::new(law)))
+                    .map_err(named)
+            }
             Kind::Isotropic => {
                 let (centres, moduli) = model.rows::<3, 2>().map_err(named)?;
                 let range = model.range.invariants::<3>().map_err(named)?;
@@ -405,46 +472,76 @@ impl Model {
         Ok((centres, moduli))
     }
 
-    /// The stored form of a law whose moduli at the centres are `moduli`.
-    pub fn of(law: &Law, engineering_strain: [f64; 2]) -> Self {
+    /// The stored form of a law.
+    ///
+    /// # Errors
+    /// [`LawError::Unrecorded`] for the papers' form.
+    pub fn of(law: &Law, engineering_strain: [f64; 2]) -> Result<Self, LawError> {
+        let range = ModelRange {
+            engineering_strain,
+            low: Vec::new(),
+            high: Vec::new(),
+        };
+        let mut model = Model {
+            formulation: Formulation::Secant,
+            offset: None,
+            constant: Vec::new(),
+            range,
+            centres: Vec::new(),
+            hyperelastic: None,
+        };
         match law {
             Law::Isotropic(law) => {
-                let (rbf, range) = (law.log_moduli(), law.range());
-                Self::assemble(rbf, |v| v.map(f64::exp).to_vec(), range, engineering_strain)
+                let rbf = law.log_moduli();
+                model.set(&rbf.constant, law.range());
+                model.centres = rows(&rbf.centres, &rbf.weights, |q| {
+                    rbf.value(q).map(f64::exp).to_vec()
+                });
             }
             Law::TransverselyIsotropic(law) => {
-                let (rbf, range) = (law.parameters(), law.range());
-                let moduli = |v: &[f64; 5]| TransverseModuli::from_parameters(v).to_array().to_vec();
-                Self::assemble(rbf, moduli, range, engineering_strain)
+                let rbf = law.parameters();
+                let moduli = |q: &_| {
+                    TransverseModuli::from_parameters(&rbf.value(q))
+                        .to_array()
+                        .to_vec()
+                };
+                model.set(&rbf.constant, law.range());
+                model.centres = rows(&rbf.centres, &rbf.weights, moduli);
             }
+            Law::Energy(law) => {
+                let rbf = law.log_moduli();
+                model.formulation = Formulation::Energy;
+                model.offset = Some(rbf.offset);
+                model.set(&rbf.constant, law.range());
+                model.centres = rows(&rbf.centres, &rbf.weights, |q| {
+                    rbf.value(q).map(f64::exp).to_vec()
+                });
+            }
+            Law::Hyperelastic(law) => model.hyperelastic = Some(law.form().clone()),
+            Law::Paper(_) => return Err(LawError::Unrecorded),
         }
+        Ok(model)
     }
 
-    fn assemble<const D: usize, const V: usize>(
-        rbf: &LinearRbf<D, V>,
-        moduli: impl Fn(&[f64; V]) -> Vec<f64>,
-        range: &Range<D>,
-        engineering_strain: [f64; 2],
-    ) -> Self {
-        let centre = |(q, w): (&[f64; D], &[f64; V])| Centre {
-            invariants: q.to_vec(),
-            // Twelve digits: for people, and without the last bits' noise of exp and ln.
-            moduli_mpa: moduli(&rbf.value(q))
-                .iter()
-                .map(|&m| significant(m, 12))
-                .collect(),
-            weights: w.to_vec(),
-        };
-        Model {
-            constant: rbf.constant.to_vec(),
-            range: ModelRange {
-                engineering_strain,
-                low: range.low().to_vec(),
-                high: range.high().to_vec(),
-            },
-            centres: rbf.centres.iter().zip(&rbf.weights).map(centre).collect(),
-        }
+    fn set<const D: usize>(&mut self, constant: &[f64], range: &Range<D>) {
+        self.constant = constant.to_vec();
+        self.range.low = range.low().to_vec();
+        self.range.high = range.high().to_vec();
     }
+}
+
+fn rows<const D: usize, const V: usize>(
+    centres: &[[f64; D]],
+    weights: &[[f64; V]],
+    moduli: impl Fn(&[f64; D]) -> Vec<f64>,
+) -> Vec<Centre> {
+    let centre = |(q, w): (&[f64; D], &[f64; V])| Centre {
+        invariants: q.to_vec(),
+        // Twelve digits: for people, and without the last bits' noise of exp and ln.
+        moduli_mpa: moduli(q).iter().map(|&m| significant(m, 12)).collect(),
+        weights: w.to_vec(),
+    };
+    centres.iter().zip(weights).map(centre).collect()
 }
 
 /// `x` rounded to so many significant digits.

@@ -29,10 +29,10 @@
 //!                                                                        ⎣ √2 E13   E33    ⎦        ⎣ l21 l22 ⎦
 //! ```
 
-use super::isotropic::{check_weights, positive};
-use super::law::{LawError, Range, smooth_norm};
+use super::isotropic::{cardinal_of, check_weights, expect_logarithms, positive};
+use super::law::{LawError, Range, expect_count, smooth_norm};
 use crate::math::mandel::{Mandel, Mandel6, from_tensor};
-use crate::math::rbf::LinearRbf;
+use crate::math::rbf::{Cardinal, LinearRbf};
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::SQRT_2;
 
@@ -216,6 +216,8 @@ struct Split {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransverseRbf {
     parameters: LinearRbf<4, 5>,
+    /// None without centres.
+    cardinal: Option<Cardinal>,
     range: Range<4>,
     frame: Frame,
 }
@@ -229,6 +231,7 @@ impl TransverseRbf {
         let parameters = LinearRbf::constant(moduli.parameters()?);
         Ok(TransverseRbf {
             parameters,
+            cardinal: None,
             range: Range::UNBOUNDED,
             frame: Frame::new(Vec3::z()),
         })
@@ -249,6 +252,7 @@ impl TransverseRbf {
             .collect::<Result<Vec<_>, _>>()?;
         let parameters = LinearRbf::interpolating(centres, &values)?;
         Ok(TransverseRbf {
+            cardinal: cardinal_of(&parameters)?,
             parameters,
             range,
             frame: Frame::new(Vec3::z()),
@@ -260,8 +264,9 @@ impl TransverseRbf {
     /// # Errors
     /// If the counts differ, a number is not finite, or the weights do not sum to zero.
     pub fn from_weights(parameters: LinearRbf<4, 5>, range: Range<4>) -> Result<Self, LawError> {
-        check_weights(&parameters)?;
+        check_weights(&parameters.centres, &parameters.weights, &parameters.constant)?;
         Ok(TransverseRbf {
+            cardinal: cardinal_of(&parameters)?,
             parameters,
             range,
             frame: Frame::new(Vec3::z()),
@@ -316,7 +321,7 @@ impl TransverseRbf {
 
     /// See [`super::law::Law::stress_and_tangent`].
     ///
-    /// dT/dε = E + Σ_k (∂E/∂p_k ε) ⊗ ∂p_k/∂ε, where ∂E/∂p_k ε is written out part by part.
+    /// dT/dε = E + Σ_k (∂E/∂p_k ε) ⊗ ∂p_k/∂ε, part by part.
     pub fn stress_and_tangent(&self, strain: &Mandel) -> (Mandel, Mandel6) {
         let split = self.split(strain);
         let q = invariants_of(&split);
@@ -327,23 +332,13 @@ impl TransverseRbf {
         if !self.parameters.centres.is_empty() {
             let (_, by_deviator) = smooth_norm(split.deviator.norm_squared());
             let (_, by_shear) = smooth_norm(split.shear.norm_squared());
-            let frame = &self.frame;
             let gradients = [
-                frame.along,
-                frame.across,
+                self.frame.along,
+                self.frame.across,
                 split.deviator * by_deviator,
                 split.shear * by_shear,
             ];
-            let (l11, l21, l22) = (p[2].exp(), p[3], p[4].exp());
-            let by_parameter = [
-                split.shear * parts.shear,
-                split.deviator * parts.difference,
-                frame.across * (2.0 * parts.plane * split.across + parts.coupling * split.along)
-                    + frame.along * (parts.coupling * split.across),
-                frame.across * (l11 * split.along)
-                    + frame.along * (l11 * split.across + 2.0 * l21 * split.along),
-                frame.along * (2.0 * l22 * l22 * split.along),
-            ];
+            let by_parameter = self.stress_by_parameter(&p, &parts, &split);
             for (stress_slope, row) in by_parameter.iter().zip(&slopes) {
                 let slope = gradients[0] * row[0]
                     + gradients[1] * row[1]
@@ -373,6 +368,67 @@ impl TransverseRbf {
         m.e13 / (m.e11 + m.e12)
     }
 
+    /// See [`super::law::Law::energy`]: ½ T·ε where the moduli do not depend on strain.
+    pub fn energy(&self, strain: &Mandel) -> Option<f64> {
+        let constant = self.parameters.weights.iter().flatten().all(|w| *w == 0.0);
+        constant.then(|| 0.5 * self.stress(strain).dot(strain))
+    }
+
+    /// The unconstrained parameters at the centres, `(n × 5)`; the constants if there are no centres.
+    pub fn values(&self) -> Vec<[f64; 5]> {
+        if self.parameters.centres.is_empty() {
+            return vec![self.parameters.constant];
+        }
+        let at = |q| self.parameters.value(q);
+        self.parameters.centres.iter().map(at).collect()
+    }
+
+    /// The same centres and axis with other values of the unconstrained parameters, five numbers a centre.
+    ///
+    /// # Errors
+    /// A wrong count, or a number that is no logarithm of a modulus (for l21: that is not finite).
+    pub fn with_values(&self, values: &[f64]) -> Result<Self, LawError> {
+        expect_count(self.values().len() * 5, values.len())?;
+        let rows: Vec<[f64; 5]> = values
+            .chunks_exact(5)
+            .map(|v| [v[0], v[1], v[2], v[3], v[4]])
+            .collect();
+        for [axial_shear, difference, l11, l21, l22] in &rows {
+            expect_logarithms(&[*axial_shear, *difference, *l11, *l22])?;
+            if !l21.is_finite() {
+                return Err(LawError::Coefficient {
+                    field: "l21".into(),
+                    value: *l21,
+                    expected: "a finite number",
+                });
+            }
+        }
+        let mut law = self.clone();
+        if self.parameters.centres.is_empty() {
+            law.parameters.constant = rows[0];
+        } else {
+            law.parameters = LinearRbf::interpolating(&self.parameters.centres, &rows)?;
+        }
+        Ok(law)
+    }
+
+    /// ∂T/∂(value) at fixed strain, in the order of [`TransverseRbf::with_values`]: the cardinal functions times
+    /// ∂T/∂p_k.
+    pub fn stress_by_values(&self, strain: &Mandel) -> Vec<Mandel> {
+        let split = self.split(strain);
+        let q = self.range.nearest(&invariants_of(&split));
+        let p = self.parameters.value(&q);
+        let by_parameter = self.stress_by_parameter(&p, &Parts::new(&p), &split);
+        let shares = match &self.cardinal {
+            Some(cardinal) => cardinal.values(&self.parameters.distances(&q)),
+            None => vec![1.0],
+        };
+        shares
+            .iter()
+            .flat_map(|share| by_parameter.map(|slope| slope * *share))
+            .collect()
+    }
+
     /// See [`super::law::Law::rotated`].
     pub fn rotated(&self, axis: &Vec3) -> Self {
         let mut turned = self.clone();
@@ -384,6 +440,20 @@ impl TransverseRbf {
             turned.frame = Frame::new(unit);
         }
         turned
+    }
+
+    /// ∂T/∂p_k = ∂E/∂p_k ε, written out part by part.
+    fn stress_by_parameter(&self, p: &[f64; 5], parts: &Parts, split: &Split) -> [Mandel; 5] {
+        let frame = &self.frame;
+        let (l11, l21, l22) = (p[2].exp(), p[3], p[4].exp());
+        [
+            split.shear * parts.shear,
+            split.deviator * parts.difference,
+            frame.across * (2.0 * parts.plane * split.across + parts.coupling * split.along)
+                + frame.along * (parts.coupling * split.across),
+            frame.across * (l11 * split.along) + frame.along * (l11 * split.across + 2.0 * l21 * split.along),
+            frame.along * (2.0 * l22 * l22 * split.along),
+        ]
     }
 
     #[inline]

@@ -1,13 +1,15 @@
 //! Small dense algebra that every floor above shares: three-dimensional vectors and matrices.
 //!
-//! Rooms: [`exponential`] (of eight numbers at once), [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch) and
-//! [`polar_lanes`] (eight at once), [`rbf`] (radial basis functions).
+//! Rooms: [`mandel`] (symmetric tensors as 6-vectors), [`polar`] (rotation and stretch), [`rbf`] and [`multiquadric`]
+//! (radial basis functions); of eight numbers at once: [`polar_lanes`], [`exponential`], [`roots`].
 
 pub mod exponential;
 pub mod mandel;
+pub mod multiquadric;
 pub mod polar;
 pub mod polar_lanes;
 pub mod rbf;
+pub mod roots;
 
 /// A point, displacement or force in space, `(3)`.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -77,8 +77,9 @@ fn step(r: &mut Matrices) -> f64 {
     change.iter().fold(0.0, |m, &c| if c > m { c } else { m })
 }
 
+/// The matrices of cofactors.
 #[inline(always)]
-fn cofactors(a: &Matrices) -> Matrices {
+pub fn cofactors(a: &Matrices) -> Matrices {
     let mut c = [[ZERO; 3]; 3];
     for i in 0..3 {
         for j in 0..3 {

@@ -59,6 +59,9 @@ pub enum RbfError {
         /// Their distance.
         distance: f64,
     },
+    /// The offset of a smooth kernel.
+    #[error("kernel offset {0}: expected a finite number that is not negative")]
+    Offset(f64),
     /// The linear system could not be solved.
     #[error("the interpolation matrix of {0} centres is singular")]
     Singular(usize),
@@ -131,6 +134,11 @@ impl<const D: usize, const V: usize> LinearRbf<D, V> {
         })
     }
 
+    /// The distances of `q` from the centres, `(n)`: the kernels that [`Cardinal::values`] takes.
+    pub fn distances(&self, q: &[f64; D]) -> Vec<f64> {
+        self.centres.iter().map(|centre| distance(q, centre)).collect()
+    }
+
     /// f(q), `(V)`.
     #[inline]
     pub fn value(&self, q: &[f64; D]) -> [f64; V] {
@@ -163,8 +171,117 @@ impl<const D: usize, const V: usize> LinearRbf<D, V> {
     }
 }
 
+/// Whether an interpolant has a constant term, and with it the condition Σw = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstantTerm {
+    /// f = c + Σ w φ, Σw = 0.
+    With,
+    /// f = Σ w φ.
+    Without,
+}
+
+/// How an interpolant depends on its values: f(q) = Σ_j v_j ℓ_j(q) with the cardinal functions ℓ_j, which are 1 at their
+/// own centre and 0 at the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cardinal {
+    /// \[w; c\] = M v: `(n + 1 × n)`, or `(n × n)` without a constant.
+    weights_by_values: nalgebra::DMatrix<f64>,
+}
+
+impl Cardinal {
+    /// The cardinal functions of `centres` under the kernel φ(r).
+    ///
+    /// # Errors
+    /// No centres, coordinates that are not finite, two centres at one point, a singular matrix.
+    pub fn new<const D: usize>(
+        centres: &[[f64; D]],
+        kernel: impl Fn(f64) -> f64,
+        constant: ConstantTerm,
+    ) -> Result<Self, RbfError> {
+        let n = centres.len();
+        if n == 0 {
+            return Err(RbfError::Empty);
+        }
+        if let Some(index) = centres.iter().position(|q| !q.iter().all(|x| x.is_finite())) {
+            return Err(RbfError::NotFinite { index });
+        }
+        let size = match constant {
+            ConstantTerm::With => n + 1,
+            ConstantTerm::Without => n,
+        };
+        let mut matrix = nalgebra::DMatrix::<f64>::zeros(size, size);
+        let mut spread = 0.0_f64;
+        for i in 0..n {
+            for j in 0..n {
+                let r = distance(&centres[i], &centres[j]);
+                matrix[(i, j)] = kernel(r);
+                spread = spread.max(r);
+            }
+            if size > n {
+                matrix[(i, n)] = 1.0;
+                matrix[(n, i)] = 1.0;
+            }
+        }
+        for second in 1..n {
+            for first in 0..second {
+                let distance = distance(&centres[first], &centres[second]);
+                if distance <= COINCIDENT * spread {
+                    return Err(RbfError::Coincident {
+                        first,
+                        second,
+                        distance,
+                    });
+                }
+            }
+        }
+        let right = nalgebra::DMatrix::<f64>::identity(size, n);
+        let weights_by_values = matrix.lu().solve(&right).ok_or(RbfError::Singular(n))?;
+        if !weights_by_values.iter().all(|x| x.is_finite()) {
+            return Err(RbfError::Singular(n));
+        }
+        Ok(Cardinal { weights_by_values })
+    }
+
+    /// Weights and constants of the interpolant with these values, `(n × V)` each.
+    pub fn weights<const V: usize>(&self, values: &[[f64; V]]) -> (Vec<[f64; V]>, [f64; V]) {
+        let m = &self.weights_by_values;
+        let row = |i: usize| {
+            std::array::from_fn(|k| values.iter().enumerate().map(|(j, v)| m[(i, j)] * v[k]).sum())
+        };
+        let n = m.ncols();
+        let constant = if m.nrows() > n { row(n) } else { [0.0; V] };
+        ((0..n).map(row).collect(), constant)
+    }
+
+    /// ℓ_j where the kernel of the i-th centre is `kernels[i]`, `(n)`.
+    pub fn values(&self, kernels: &[f64]) -> Vec<f64> {
+        let m = &self.weights_by_values;
+        let n = m.ncols();
+        (0..n)
+            .map(|j| {
+                let constant = if m.nrows() > n { m[(n, j)] } else { 0.0 };
+                constant
+                    + kernels
+                        .iter()
+                        .enumerate()
+                        .map(|(i, k)| m[(i, j)] * k)
+                        .sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// ∂ℓ_j/∂q, `(n × D)`, from the gradients of the kernels.
+    pub fn gradients<const D: usize>(&self, kernels: &[[f64; D]]) -> Vec<[f64; D]> {
+        let m = &self.weights_by_values;
+        (0..m.ncols())
+            .map(|j| std::array::from_fn(|d| kernels.iter().enumerate().map(|(i, k)| m[(i, j)] * k[d]).sum()))
+            .collect()
+    }
+}
+
+/// The distance of two points.
 #[inline]
-fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+pub(super) fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     let mut sum = 0.0;
     for d in 0..D {
         sum += (a[d] - b[d]) * (a[d] - b[d]);

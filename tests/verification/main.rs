@@ -1,5 +1,6 @@
 //! Checks against closed forms: nothing here is compared with an earlier answer of the same code.
 
+mod clusters;
 mod elements;
 mod equilibrium;
 mod support;
