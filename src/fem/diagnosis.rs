@@ -58,12 +58,7 @@ fn indefinite_law(solver: &Solver, u: &[Vec3], materials: &Materials) -> Option<
 }
 
 /// S at the last equilibrium, zero where the tangent is indefinite; `None` where nothing can be said.
-fn stiffness_parameter(
-    solver: &mut Solver,
-    path: &Path,
-    materials: &Materials,
-    load: &Load,
-) -> Option<f64> {
+fn stiffness_parameter(solver: &mut Solver, path: &Path, materials: &Materials, load: &Load) -> Option<f64> {
     if !solver.factorise_tangent(&path.u, materials) {
         return Some(0.0);
     }

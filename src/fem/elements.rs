@@ -258,9 +258,14 @@ impl<const N: usize> Block<N> {
             (None, 1) => (0..count.div_ceil(BATCH as u32))
                 .map(|b| (b * BATCH as u32..((b + 1) * BATCH as u32).min(count)).collect())
                 .collect(),
-            (None, _) => (0..count / per).map(|e| (e * per..(e + 1) * per).collect()).collect(),
+            (None, _) => (0..count / per)
+                .map(|e| (e * per..(e + 1) * per).collect())
+                .collect(),
         };
-        self.batches = groups.iter().map(|points| side_by_side(&self.points, points)).collect();
+        self.batches = groups
+            .iter()
+            .map(|points| side_by_side(&self.points, points))
+            .collect();
     }
 
     /// Number of clusters.

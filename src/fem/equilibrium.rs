@@ -19,9 +19,9 @@
 //! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 iterated
 //! to equilibrium; Walker and Ni 2011; Deuflhard 2004.
 
+use super::diagnosis;
 use super::forces::{Materials, add_internal_forces, smallest_jacobian};
 use super::model::Model;
-use super::diagnosis;
 use super::stiffness::Kind;
 use crate::math::Vec3;
 use crate::numerics::anderson::Anderson;

@@ -131,7 +131,11 @@ fn grown(seed: u32, tets: &[[u32; 4]], across: &[Vec<u32>], patch_of: &[u32]) ->
     let mut nodes = tets[seed as usize].to_vec();
     while patch.len() < BATCH {
         let free = |e: &u32| patch_of[*e as usize] == u32::MAX && !patch.contains(e);
-        let candidates = patch.iter().flat_map(|&e| &across[e as usize]).copied().filter(free);
+        let candidates = patch
+            .iter()
+            .flat_map(|&e| &across[e as usize])
+            .copied()
+            .filter(free);
         let cost = |e: u32| {
             let new = tets[e as usize].iter().filter(|n| !nodes.contains(n)).count();
             let faces = across[e as usize].iter().filter(|o| patch.contains(o)).count();
@@ -158,8 +162,12 @@ fn give_away(patches: &mut [Vec<u32>], patch_of: &mut [u32], across: &[Vec<u32>]
         }
         for e in std::mem::take(&mut patches[p]) {
             let others = across[e as usize].iter().map(|&o| patch_of[o as usize]);
-            let room = others.filter(|&o| o as usize != p && !patches[o as usize].is_empty() && patches[o as usize].len() < BATCH);
-            let home = room.min_by_key(|&o| (patches[o as usize].len(), o)).unwrap_or(p as u32);
+            let room = others.filter(|&o| {
+                o as usize != p && !patches[o as usize].is_empty() && patches[o as usize].len() < BATCH
+            });
+            let home = room
+                .min_by_key(|&o| (patches[o as usize].len(), o))
+                .unwrap_or(p as u32);
             patches[home as usize].push(e);
             patch_of[e as usize] = home;
         }

@@ -7,14 +7,14 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::elements::{BATCH, VolumetricStrain};
+use crate::material::isotropic::IsotropicRbf;
 use crate::material::law::{Law, Volumetric};
+use crate::material::neo_hookean::Volumetry;
 use crate::math::mandel::{self, Mandel};
+use crate::math::polar::cofactor;
 use crate::math::polar_lanes::{Lanes, Matrices, ZERO, cofactors, extract, rotations};
 use crate::math::roots::inverse_cube_root;
-use crate::material::neo_hookean::Volumetry;
-use crate::math::polar::cofactor;
 use crate::math::{Mat3, Vec3};
-use crate::material::isotropic::IsotropicRbf;
 
 /// The laws at a batch's points.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,10 @@ pub(super) struct Means {
 
 impl Means {
     /// The averages over points with volumes `weights` and right stretches `stretches`.
-    pub fn over<'a>(weights: impl Iterator<Item = &'a f64>, stretches: impl Iterator<Item = &'a Mat3>) -> Means {
+    pub fn over<'a>(
+        weights: impl Iterator<Item = &'a f64>,
+        stretches: impl Iterator<Item = &'a Mat3>,
+    ) -> Means {
         let mut means = Means {
             volume: 0.0,
             trace: 0.0,
@@ -246,7 +249,11 @@ fn neo_hookean(
         for j in 0..3 {
             for l in 0..BATCH {
                 // Beyond inversion the energy is not defined.
-                let b = if jacobian[l] > 0.0 { b[l] / jacobian[l] } else { f64::NAN };
+                let b = if jacobian[l] > 0.0 {
+                    b[l] / jacobian[l]
+                } else {
+                    f64::NAN
+                };
                 piola[i][j][l] = (a[l] * f[i][j][l] + b * cofactors[i][j][l]) * weight[l];
             }
         }

@@ -82,7 +82,10 @@ pub(super) fn cluster<const N: usize>(
     out.clear();
     out.resize(size * size, 0.0);
     let mut points = points(block, c, u, materials);
-    let means = Means::over(points.iter().map(|p| &p.weight), points.iter().map(|p| &p.stretch));
+    let means = Means::over(
+        points.iter().map(|p| &p.weight),
+        points.iter().map(|p| &p.stretch),
+    );
     if means.volume <= 0.0 {
         return;
     }
@@ -186,7 +189,10 @@ impl<const N: usize> Local<'_, N> {
         let s = means.scale(&self.stretch);
         let g = means.jacobian;
         let inverse_tensor = cofactor(&self.stretch) / self.stretch.determinant();
-        let (u, inverse) = (mandel::from_tensor(&self.stretch), mandel::from_tensor(&inverse_tensor));
+        let (u, inverse) = (
+            mandel::from_tensor(&self.stretch),
+            mandel::from_tensor(&inverse_tensor),
+        );
         let mut shown = *strain;
         (0..3).for_each(|k| shown[k] += 1.0);
         let deviate = Mandel6::identity() - u * inverse.transpose() / 3.0;
@@ -204,8 +210,9 @@ impl<const N: usize> Local<'_, N> {
         let turned = deviate.tr_mul(&h) * s;
         self.pressure = kirchhoff / g;
         self.stress = mandel::to_tensor(t) * s - inverse_tensor * kirchhoff;
-        self.moduli = c * deviate * (s * s) - t * inverse.transpose() * (s / 3.0) - inverse * turned.transpose()
-            + sandwich(&inverse_tensor) * kirchhoff;
+        self.moduli =
+            c * deviate * (s * s) - t * inverse.transpose() * (s / 3.0) - inverse * turned.transpose()
+                + sandwich(&inverse_tensor) * kirchhoff;
         self.stress_by_mean = ((t + c * shown) * s - inverse * along) / (3.0 * g);
         self.pressure_by_stretch = turned / g;
         self.pressure_by_mean = (along / 3.0 - kirchhoff) / (g * g);
@@ -269,7 +276,13 @@ fn coupling<const N: usize>(
         let w = point.weight;
         let gradients = &block.points[point.q].gradients;
         let slope = slope(&point.stretch, measure);
-        add_nodal(point, gradients, &slope, w / means.volume, &mut result.mean_gradient);
+        add_nodal(
+            point,
+            gradients,
+            &slope,
+            w / means.volume,
+            &mut result.mean_gradient,
+        );
         if point.law.volumetric() != measure {
             continue;
         }
@@ -279,8 +292,20 @@ fn coupling<const N: usize>(
             let v = mandel::to_tensor(v);
             v + rotation_stress(&point.stretch, &v)
         };
-        add_nodal(point, gradients, &turned(&point.stress_by_mean), w, &mut result.stress_by_mean);
-        add_nodal(point, gradients, &turned(&point.pressure_by_stretch), w, &mut result.pressure_by_stretch);
+        add_nodal(
+            point,
+            gradients,
+            &turned(&point.stress_by_mean),
+            w,
+            &mut result.stress_by_mean,
+        );
+        add_nodal(
+            point,
+            gradients,
+            &turned(&point.pressure_by_stretch),
+            w,
+            &mut result.pressure_by_stretch,
+        );
     }
     Some(result)
 }
@@ -316,13 +341,7 @@ impl Coupling {
 }
 
 /// Adds Σ ∇N · ∂P/∂F · ∇N of one point.
-fn add_point<const N: usize>(
-    block: &Block<N>,
-    point: &Local<N>,
-    kind: Kind,
-    size: usize,
-    out: &mut [f64],
-) {
+fn add_point<const N: usize>(block: &Block<N>, point: &Local<N>, kind: Kind, size: usize, out: &mut [f64]) {
     let moduli = in_space(&unrotated(point, kind), &point.rotation);
     let gradients = &block.points[point.q].gradients;
     for (&b, g) in point.places.iter().zip(gradients) {
@@ -338,7 +357,8 @@ fn add_point<const N: usize>(
             for i in 0..3 {
                 let row = &mut out[(3 * a + i) * size + 3 * b..][..3];
                 for (j, entry) in row.iter_mut().enumerate() {
-                    *entry += by_node[3 * i][j] * g.x + by_node[3 * i + 1][j] * g.y + by_node[3 * i + 2][j] * g.z;
+                    *entry +=
+                        by_node[3 * i][j] * g.x + by_node[3 * i + 1][j] * g.y + by_node[3 * i + 2][j] * g.z;
                 }
             }
         }
@@ -348,7 +368,9 @@ fn add_point<const N: usize>(
 /// The map RᵀδF → RᵀδP.
 fn unrotated<const N: usize>(point: &Local<N>, kind: Kind) -> Moduli9 {
     let mut map = [[0.0; 9]; 9];
-    let to_spin = spin_matrix(&point.stretch).try_inverse().unwrap_or_else(Mat3::zeros);
+    let to_spin = spin_matrix(&point.stretch)
+        .try_inverse()
+        .unwrap_or_else(Mat3::zeros);
     let turns = kind == Kind::Tangent && point.law.turns_stress();
     let skew = if turns {
         to_spin * twice_axial(&(point.stretch * point.stress))
@@ -421,7 +443,13 @@ fn isotropic_secant<const N: usize>(
         let [shear, bulk] = law.moduli(&invariants(&means.shown(&point.stretch, Volumetric::Trace)));
         add_shear(point, gradients, shear * point.weight, size, out);
         bulk_by_volume += bulk * point.weight;
-        add_nodal(point, gradients, &Mat3::identity(), point.weight / means.volume, &mut mean);
+        add_nodal(
+            point,
+            gradients,
+            &Mat3::identity(),
+            point.weight / means.volume,
+            &mut mean,
+        );
     }
     for (i, row) in out.chunks_exact_mut(size).enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {

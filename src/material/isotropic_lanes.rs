@@ -67,12 +67,17 @@ mod tests {
     use super::*;
     use crate::material::isotropic::invariants;
     use crate::material::law::Range;
-    use crate::math::mandel::{deviator, from_tensor, to_tensor, trace};
     use crate::math::Mat3;
+    use crate::math::mandel::{deviator, from_tensor, to_tensor, trace};
 
     #[test]
     fn agrees_with_the_law_at_one_point() {
-        let centres = [[0.0, 0.0, 0.0], [-0.1, 0.3, -0.3], [0.05, 0.4, 0.4], [0.0, 0.5, 0.1]];
+        let centres = [
+            [0.0, 0.0, 0.0],
+            [-0.1, 0.3, -0.3],
+            [0.05, 0.4, 0.4],
+            [0.0, 0.5, 0.1],
+        ];
         let moduli = [[0.1, 0.5], [0.2, 0.9], [0.15, 0.4], [0.3, 1.1]];
         let range = Range::new([-0.2, 0.0, -0.4], [0.1, 0.5, 0.5]).unwrap();
         let law = IsotropicRbf::interpolating(&centres, &moduli, range).unwrap();
@@ -81,7 +86,15 @@ mod tests {
                 let t = k as f64;
                 let s = |a: f64| 0.09 * t * (a * (t + 1.0)).sin();
                 from_tensor(&Mat3::new(
-                    s(1.0), s(2.0), s(3.0), s(2.0), s(4.0), s(5.0), s(3.0), s(5.0), s(6.0),
+                    s(1.0),
+                    s(2.0),
+                    s(3.0),
+                    s(2.0),
+                    s(4.0),
+                    s(5.0),
+                    s(3.0),
+                    s(5.0),
+                    s(6.0),
                 ))
             })
             .collect();

@@ -69,7 +69,10 @@ mod tests {
             let small = x * 1e-3;
             for x in [x, small] {
                 let (found, expected) = (exp(&[x; 8])[3], x.exp());
-                assert!((found / expected - 1.0).abs() < 1e-15, "{x}: {found:e} {expected:e}");
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-15,
+                    "{x}: {found:e} {expected:e}"
+                );
             }
         }
         assert!(exp(&[f64::NAN; 8])[0].is_nan());

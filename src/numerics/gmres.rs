@@ -102,7 +102,9 @@ fn combine(columns: &[Vec<f64>], right: &[f64], basis: &[Vec<f64>], y: &mut [f64
     let m = columns.len();
     let r = DMatrix::from_fn(m, m, |i, j| if i <= j { columns[j][i] } else { 0.0 });
     let g = nalgebra::DVector::from_fn(m, |i, _| right[i]);
-    let Some(c) = r.solve_upper_triangular(&g) else { return };
+    let Some(c) = r.solve_upper_triangular(&g) else {
+        return;
+    };
     y.fill(0.0);
     for (c, v) in c.iter().zip(basis) {
         y.iter_mut().zip(v).for_each(|(y, v)| *y += c * v);
@@ -153,7 +155,10 @@ mod tests {
                 .collect();
             let iterations = solve(&mut factor, &pattern, &skew, side, &mut x, 1e-12, n);
             assert!(iterations > 1 && iterations <= n);
-            let off = x.iter().zip(&exact).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+            let off = x
+                .iter()
+                .zip(&exact)
+                .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
             assert!(off < 1e-9, "{off:e}");
         }
     }

@@ -35,7 +35,9 @@ fn dragon_skin() -> Result<Law, CheckError> {
 
 /// How far the marker sinks \[mm\], on cells of 30 mm over `n`.
 fn sag(kind: Kind, n: usize, law: Law) -> Result<f64, CheckError> {
-    let body = Specimen::new(kind.cuboid(SIZE, [10 * n / 3, n, n]), law, |x| [x.x < 1e-9; 3])?;
+    let body = Specimen::new(kind, kind.cuboid(SIZE, [10 * n / 3, n, n]), law, |x| {
+        [x.x < 1e-9; 3]
+    })?;
     let mut weight = vec![Vec3::zeros(); body.nodes().len()];
     integrate(&body.model.mesh, Rule::Loads, |s| {
         for (&i, shape) in s.nodes.iter().zip(s.shape) {

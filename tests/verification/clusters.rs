@@ -45,7 +45,9 @@ fn laws() -> Vec<(&'static str, Law)> {
     let offset = EnergyRbf::default_offset(centres);
     let energy = EnergyRbf::interpolating(centres, &moduli, offset, Range::UNBOUNDED).unwrap();
     let moduli = TransverseModuli::from_engineering(0.9, 0.2, 0.3, 0.35, 0.15).unwrap();
-    let fibres = TransverseRbf::linear(&moduli).unwrap().rotated(&Vec3::new(1.0, 2.0, 0.5));
+    let fibres = TransverseRbf::linear(&moduli)
+        .unwrap()
+        .rotated(&Vec3::new(1.0, 2.0, 0.5));
     let ogden = Form::Ogden {
         terms: vec![OgdenTerm {
             shear_mpa: 0.1,
@@ -56,7 +58,10 @@ fn laws() -> Vec<(&'static str, Law)> {
     vec![
         ("secant RBF", secant),
         ("energy RBF", Law::Energy(Box::new(energy))),
-        ("transversely isotropic", Law::TransverselyIsotropic(Box::new(fibres))),
+        (
+            "transversely isotropic",
+            Law::TransverselyIsotropic(Box::new(fibres)),
+        ),
         ("neo-Hookean", isochoric_neo_hookean(0.3, 0.4)),
         (
             "logarithmic neo-Hookean",
@@ -125,7 +130,9 @@ fn check_tangent(name: &str, model: &Model, law: &Law) {
         let pattern = model.symbolic().pattern();
         let (mut values, mut skew) = (vec![0.0; pattern.rows.len()], vec![0.0; pattern.rows.len()]);
         model.assemble_tangent(&u, &materials, &mut values, &mut skew);
-        let columns: Vec<Vec<f64>> = (0..model.unknowns()).map(|k| difference(model, &materials, &u, k)).collect();
+        let columns: Vec<Vec<f64>> = (0..model.unknowns())
+            .map(|k| difference(model, &materials, &u, k))
+            .collect();
         let largest = columns.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
         assert!(largest > 0.01);
         let (mut tested, mut most_skew) = (0, 0.0f64);
@@ -170,7 +177,10 @@ fn difference(model: &Model, materials: &Materials, u: &[Vec3], k: usize) -> Vec
         out
     };
     let (plus, minus) = (forces(h), forces(-h));
-    plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * h)).collect()
+    plus.iter()
+        .zip(&minus)
+        .map(|(p, m)| (p - m) / (2.0 * h))
+        .collect()
 }
 
 /// Displacement of the loaded top of a block whose base is held, ν = 0.4999 over ν = 0.3: plain tetrahedra lock, those in patches do not.
@@ -189,10 +199,19 @@ fn patches_of_tetrahedra_do_not_lock() {
         sum / f64::from(count)
     };
     let ratio = |counts, volumetric| top(0.4999, counts, volumetric) / top(0.3, counts, volumetric);
-    let [coarse, middle, fine] = [[4, 3, 2], [8, 6, 4], [12, 9, 6]].map(|n| ratio(n, VolumetricStrain::Shared));
+    let [coarse, middle, fine] =
+        [[4, 3, 2], [8, 6, 4], [12, 9, 6]].map(|n| ratio(n, VolumetricStrain::Shared));
     let plain = ratio([8, 6, 4], VolumetricStrain::Pointwise);
-    println!("ν = 0.4999 over 0.3: patches {coarse:.3} {middle:.3} {fine:.3}, plain {plain:.3} on the middle mesh");
+    println!(
+        "ν = 0.4999 over 0.3: patches {coarse:.3} {middle:.3} {fine:.3}, plain {plain:.3} on the middle mesh"
+    );
     // The hexahedra of the other test give 0.90 at ν = 0.49; a few percent less belongs to ν = 0.4999.
-    assert!(coarse > 0.7 && (middle / fine - 1.0).abs() < 0.05, "{coarse} {middle} {fine}");
-    assert!(plain < 0.75 * middle, "plain tetrahedra should lock: {plain} against {middle}");
+    assert!(
+        coarse > 0.7 && (middle / fine - 1.0).abs() < 0.05,
+        "{coarse} {middle} {fine}"
+    );
+    assert!(
+        plain < 0.75 * middle,
+        "plain tetrahedra should lock: {plain} against {middle}"
+    );
 }
