@@ -25,7 +25,8 @@ use super::model::Model;
 use super::stiffness::Kind;
 use crate::math::Vec3;
 use crate::numerics::anderson::Anderson;
-use crate::numerics::cholesky::{Cholesky, CholeskyError};
+use crate::numerics::cholesky::CholeskyError;
+use crate::numerics::linear_solver::LinearSolver;
 
 pub use super::load_curve::{BadOption, Curve, Load, NewtonMatrix, Options, Stop, Work};
 
@@ -40,8 +41,8 @@ const PATIENCE: usize = 8;
 #[derive(Debug)]
 pub struct Solver<'a> {
     pub(super) model: &'a Model,
-    pub(super) rest: Cholesky,
-    pub(super) newton: Option<Cholesky>,
+    pub(super) rest: LinearSolver,
+    pub(super) newton: Option<LinearSolver>,
     pub(super) values: Vec<f64>,
     /// Lower triangle of the tangent's skew part; empty until Newton asks for it.
     pub(super) skew: Vec<f64>,
@@ -76,7 +77,7 @@ impl<'a> Solver<'a> {
         let n = model.unknowns();
         Ok(Solver {
             model,
-            rest: Cholesky::new(model.symbolic().clone())?,
+            rest: LinearSolver::new(model.symbolic().clone())?,
             newton: None,
             values: vec![0.0; model.symbolic().pattern().rows.len()],
             skew: Vec::new(),
@@ -372,7 +373,7 @@ impl<'a> Solver<'a> {
     /// Factorises the secant matrix at `u` for the iterations to come.
     fn refresh(&mut self, u: &[Vec3], materials: &Materials) -> bool {
         if self.newton.is_none() {
-            self.newton = Cholesky::new(self.model.symbolic().clone()).ok();
+            self.newton = LinearSolver::new(self.model.symbolic().clone()).ok();
         }
         self.is_refreshed = self.factorise_at(u, materials, Kind::Secant);
         self.memory.restart();

@@ -6,6 +6,7 @@ use super::forces::Materials;
 use super::stiffness::{self, Kind};
 use crate::geometry::volume::{Elements, VolumeMesh};
 use crate::math::Vec3;
+use crate::numerics::blocks::Sites;
 use crate::numerics::cholesky::{CholeskyError, Pattern, Symbolic};
 use crate::numerics::ordering::nested_dissection;
 use std::sync::Arc;
@@ -113,7 +114,8 @@ impl Model {
         let unknowns = unknowns as usize;
         let pattern = pattern(&neighbours, &unknown_of, unknowns);
         let (scatter, scatter_starts) = scatter_map(&parts, &unknown_of, &pattern);
-        let symbolic = Arc::new(Symbolic::new(pattern)?);
+        let sites = sites(&mesh.nodes, &order, &unknown_of);
+        let symbolic = Arc::new(Symbolic::with_sites(pattern, sites)?);
         Ok(Model {
             mesh,
             parts,
@@ -249,6 +251,24 @@ fn neighbours(parts: &Discretisation, nodes: usize) -> Vec<Vec<u32>> {
         list.dedup();
     }
     near
+}
+
+/// The nodes with unknown components, in the order of the unknowns.
+fn sites(nodes: &[Vec3], order: &[u32], unknown_of: &[[u32; 3]]) -> Sites {
+    let (mut positions, mut slots) = (Vec::new(), Vec::new());
+    for &node in order {
+        let unknowns = &unknown_of[node as usize];
+        let site = positions.len() as u32;
+        slots.extend(
+            (0..3)
+                .filter(|&c| unknowns[c as usize] != CONSTRAINED)
+                .map(|c| 3 * site + c),
+        );
+        if unknowns.iter().any(|&u| u != CONSTRAINED) {
+            positions.push(nodes[node as usize]);
+        }
+    }
+    Sites { positions, slots }
 }
 
 fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) -> Pattern {

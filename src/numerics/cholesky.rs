@@ -5,15 +5,19 @@
 //! result's bits must not depend on the number of threads, and because below some 20 000 unknowns a second thread
 //! inside a factorisation costs more than it gives; parallelism belongs outside, over designs.
 
+use super::blocks::Sites;
+use super::multigrid::Hierarchy;
+use super::supernodal;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What can go wrong in a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,6 +28,9 @@ pub enum CholeskyError {
         /// The unknown whose pivot failed.
         unknown: usize,
     },
+    /// An iterative solver has to know where the unknowns act.
+    #[error("an iterative solver needs the positions of the unknowns")]
+    NoSites,
     /// The factor does not fit in memory.
     #[error("the factor of {unknowns} unknowns does not fit in memory: use larger elements")]
     OutOfMemory {
@@ -54,6 +61,11 @@ impl Pattern {
         self.rows[start..end].binary_search(&row).ok().map(|k| start + k)
     }
 
+    /// The column that the value at `place` belongs to.
+    pub fn column_of(&self, place: usize) -> usize {
+        self.columns.partition_point(|&start| start <= place) - 1
+    }
+
     fn transposed(&self) -> Pattern {
         let n = self.unknowns();
         let mut columns = vec![0; n + 1];
@@ -75,30 +87,97 @@ impl Pattern {
     }
 }
 
-/// The symbolic factorisation of one pattern, shared by all its numeric ones.
+/// How systems on a pattern are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// A Cholesky factor.
+    Direct,
+    /// Conjugate gradients with multigrid, see [`super::linear_solver`].
+    Iterative,
+}
+
+/// From this many unknowns on, systems whose sites are known are solved iteratively: a factor of 130 000 unknowns in
+/// three dimensions takes 1 GiB and as long as a dozen iterative solves, and both grow faster than the mesh.
+const ITERATIVE_FROM: usize = 130_000;
+
+/// The symbolic factorisation of one pattern, shared by all its numeric ones; for large systems what an iterative solver
+/// knows before it has seen a matrix. Either is made when it is first wanted.
 #[derive(Debug)]
 pub struct Symbolic {
     pattern: Pattern,
-    symbolic: SymbolicCholesky<usize>,
+    sites: Option<Sites>,
+    method: Method,
+    factor: OnceLock<Option<SymbolicCholesky<usize>>>,
+    hierarchy: OnceLock<Result<Arc<Hierarchy>, CholeskyError>>,
 }
 
 impl Symbolic {
-    /// Analyses `pattern`.
+    /// For factorisations on `pattern`.
     ///
     /// # Errors
     /// [`CholeskyError::OutOfMemory`].
     pub fn new(pattern: Pattern) -> Result<Symbolic, CholeskyError> {
-        let n = pattern.unknowns();
-        // Without a permutation faer reads the upper triangle here, and the lower one in the numeric step.
-        let upper = pattern.transposed();
-        let params = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            ..Default::default()
+        Symbolic::by(Method::Direct, pattern, None)
+    }
+
+    /// For systems whose unknowns act at `sites`, by factorisation or iteration as the size demands.
+    ///
+    /// # Errors
+    /// [`CholeskyError::OutOfMemory`].
+    pub fn with_sites(pattern: Pattern, sites: Sites) -> Result<Symbolic, CholeskyError> {
+        let method = if pattern.unknowns() < ITERATIVE_FROM {
+            Method::Direct
+        } else {
+            Method::Iterative
         };
-        let matrix = SymbolicSparseColMatRef::new_checked(n, n, &upper.columns, None, &upper.rows);
-        let symbolic = factorize_symbolic_cholesky(matrix, Side::Upper, SymmetricOrdering::Identity, params)
-            .map_err(|_| CholeskyError::OutOfMemory { unknowns: n })?;
-        Ok(Symbolic { pattern, symbolic })
+        Symbolic::by(method, pattern, Some(sites))
+    }
+
+    /// For systems solved by `method`, whatever their size.
+    ///
+    /// # Errors
+    /// [`CholeskyError::OutOfMemory`]; [`CholeskyError::NoSites`] for an iterative method without sites.
+    pub fn by(method: Method, pattern: Pattern, sites: Option<Sites>) -> Result<Symbolic, CholeskyError> {
+        let symbolic = Symbolic {
+            pattern,
+            sites,
+            method,
+            factor: OnceLock::new(),
+            hierarchy: OnceLock::new(),
+        };
+        match method {
+            Method::Direct => symbolic.factor().map(|_| ())?,
+            Method::Iterative => symbolic.hierarchy().map(|_| ())?,
+        }
+        Ok(symbolic)
+    }
+
+    /// How systems on the pattern are solved.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Where the unknowns act, if that was said.
+    pub fn sites(&self) -> Option<&Sites> {
+        self.sites.as_ref()
+    }
+
+    fn factor(&self) -> Result<&SymbolicCholesky<usize>, CholeskyError> {
+        let factor = self.factor.get_or_init(|| analysed(&self.pattern));
+        factor.as_ref().ok_or(CholeskyError::OutOfMemory {
+            unknowns: self.pattern.unknowns(),
+        })
+    }
+
+    /// The lattices of the multigrid method.
+    ///
+    /// # Errors
+    /// [`CholeskyError::OutOfMemory`]; [`CholeskyError::NoSites`].
+    pub fn hierarchy(&self) -> Result<Arc<Hierarchy>, CholeskyError> {
+        let sites = self.sites.as_ref().ok_or(CholeskyError::NoSites)?;
+        self.hierarchy
+            .get_or_init(|| Hierarchy::new(&self.pattern, sites).map(Arc::new))
+            .clone()
     }
 
     /// The pattern that was analysed.
@@ -106,10 +185,26 @@ impl Symbolic {
         &self.pattern
     }
 
-    /// Number of entries of the factor L, explicit zeros of the supernodes counted.
-    pub fn factor_entries(&self) -> usize {
-        self.symbolic.len_val()
+    /// Number of entries of the factor L, explicit zeros of the supernodes counted; analyses the pattern if that was not
+    /// yet done.
+    ///
+    /// # Errors
+    /// [`CholeskyError::OutOfMemory`].
+    pub fn factor_entries(&self) -> Result<usize, CholeskyError> {
+        Ok(self.factor()?.len_val())
     }
+}
+
+fn analysed(pattern: &Pattern) -> Option<SymbolicCholesky<usize>> {
+    let n = pattern.unknowns();
+    // Without a permutation faer reads the upper triangle here, and the lower one in the numeric step.
+    let upper = pattern.transposed();
+    let params = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        ..Default::default()
+    };
+    let matrix = SymbolicSparseColMatRef::new_checked(n, n, &upper.columns, None, &upper.rows);
+    factorize_symbolic_cholesky(matrix, Side::Upper, SymmetricOrdering::Identity, params).ok()
 }
 
 /// A numeric factorisation and the memory that it works in; make one a thread and reuse it.
@@ -117,6 +212,7 @@ pub struct Cholesky {
     symbolic: Arc<Symbolic>,
     values: Vec<f64>,
     memory: MemBuffer,
+    room: Vec<f64>,
     is_factored: bool,
 }
 
@@ -137,20 +233,20 @@ impl Cholesky {
         let out_of_memory = CholeskyError::OutOfMemory {
             unknowns: symbolic.pattern.unknowns(),
         };
-        let numeric = symbolic
-            .symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        let solve = symbolic.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
+        let factor = symbolic.factor()?;
+        let numeric = factor.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let solve = factor.solve_in_place_scratch::<f64>(1, Par::Seq);
         let memory = MemBuffer::try_new(numeric.or(solve)).map_err(|_| out_of_memory)?;
         let mut values = Vec::new();
         values
-            .try_reserve_exact(symbolic.factor_entries())
+            .try_reserve_exact(factor.len_val())
             .map_err(|_| out_of_memory)?;
-        values.resize(symbolic.factor_entries(), 0.0);
+        values.resize(factor.len_val(), 0.0);
         Ok(Cholesky {
             symbolic,
             values,
             memory,
+            room: Vec::new(),
             is_factored: false,
         })
     }
@@ -168,7 +264,7 @@ impl Cholesky {
         let pattern = &self.symbolic.pattern;
         let structure = SymbolicSparseColMatRef::new_checked(n, n, &pattern.columns, None, &pattern.rows);
         let matrix = SparseColMatRef::new(structure, values);
-        let outcome = self.symbolic.symbolic.factorize_numeric_llt(
+        let outcome = self.symbolic.factor()?.factorize_numeric_llt(
             &mut self.values,
             matrix,
             Side::Lower,
@@ -198,12 +294,16 @@ impl Cholesky {
         if right_hand_side.is_empty() {
             return;
         }
-        if !self.is_factored {
+        let (Ok(symbolic), true) = (self.symbolic.factor(), self.is_factored) else {
             right_hand_side.fill(f64::NAN);
+            return;
+        };
+        if let SymbolicCholeskyRaw::Supernodal(panels) = symbolic.raw() {
+            supernodal::solve(panels, &self.values, right_hand_side, &mut self.room);
             return;
         }
         let n = right_hand_side.len();
-        let factor = LltRef::<usize, f64>::new(&self.symbolic.symbolic, &self.values);
+        let factor = LltRef::<usize, f64>::new(symbolic, &self.values);
         let rhs = MatMut::from_column_major_slice_mut(right_hand_side, n, 1);
         factor.solve_in_place_with_conj(Conj::No, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }

@@ -9,7 +9,8 @@
 //! kind, with a W that is small against S: three to eight iterations, each a triangular solve and a product with W, in place of
 //! an unsymmetric factorisation of twice the size.
 
-use super::cholesky::{Cholesky, Pattern};
+use super::cholesky::Pattern;
+use super::linear_solver::LinearSolver;
 use nalgebra::DMatrix;
 
 /// How the skew part enters.
@@ -39,7 +40,7 @@ pub fn skew_product(pattern: &Pattern, skew: &[f64], x: &[f64], y: &mut [f64]) {
 /// below `tolerance` times the right-hand side; answers the number of iterations, at most `most`. If it does not
 /// get there the best answer is left.
 pub fn solve(
-    factor: &mut Cholesky,
+    factor: &mut LinearSolver,
     pattern: &Pattern,
     skew: &[f64],
     side: Side,
@@ -142,7 +143,7 @@ mod tests {
             columns.push(rows.len());
         }
         let pattern = Pattern { columns, rows };
-        let mut factor = Cholesky::new(Arc::new(Symbolic::new(pattern.clone()).unwrap())).unwrap();
+        let mut factor = LinearSolver::new(Arc::new(Symbolic::new(pattern.clone()).unwrap())).unwrap();
         factor.factorise(&values).unwrap();
         for (side, below, above) in [(Side::Plain, -0.6, -1.4), (Side::Transposed, -1.4, -0.6)] {
             let exact: Vec<f64> = (0..n).map(|i| (0.3 * i as f64).sin()).collect();
