@@ -118,6 +118,7 @@ impl<'a> Solver<'a> {
         };
         // A factor of an earlier curve would make the answer depend on what was solved before.
         self.is_refreshed = false;
+        self.memory.restart();
         let mut path = Path::at_rest(self.model.mesh.nodes.len());
         let mut curve = Curve {
             levels: Vec::new(),
@@ -331,7 +332,8 @@ impl<'a> Solver<'a> {
         cancelled: &dyn Fn() -> bool,
     ) -> Option<f64> {
         let (mut best, mut best_at, mut since_factor) = (f64::INFINITY, 0, 0);
-        self.memory.restart();
+        // The load enters the residual as a constant: what the last level taught about its slope holds.
+        self.memory.carry_on();
         self.model.gather(u, &mut self.unknowns);
         for iteration in 0..options.accelerated_iterations {
             let found = self.imbalance(u, materials);
