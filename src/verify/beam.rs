@@ -62,14 +62,28 @@ fn sag(kind: Kind, n: usize, law: Law) -> Result<f64, CheckError> {
 
 fn beam() -> Result<Findings, CheckError> {
     let mut rows = Vec::new();
-    for n in [3, 6, 12] {
+    for (n, tolerance) in [(3, 0.05), (6, 0.02), (12, 0.02)] {
         let fitted = Law::linear_isotropic(0.263824, 0.499)?;
-        let quantity = format!("{n} cells across, E = 0.2638 MPa, ν = 0.499: sag");
-        rows.push(Row::stated(quantity, "mm", 6.75, sag(Kind::Hexahedra, n, fitted)?).digits(3));
+        let quantity = format!("{n} cells across, E = 0.2638 MPa, ν = 0.499: sag against COMSOL's");
+        let found = sag(Kind::Hexahedra, n, fitted)?;
+        rows.push(Row::within(quantity, "mm", 6.75, found, tolerance).digits(3));
+        if n == 12 {
+            let quantity = "the same against the measured sag";
+            rows.push(Row::within(quantity, "mm", 6.5, found, 0.06).digits(3));
+        }
     }
     for n in [6, 12] {
-        let quantity = format!("{n} cells across, `dragon-skin-10` of the database: sag");
-        rows.push(Row::stated(quantity, "mm", 6.5, sag(Kind::Hexahedra, n, dragon_skin()?)?).digits(3));
+        let quantity =
+            format!("{n} cells across, `dragon-skin-10` of the database: sag against the measured one");
+        let found = sag(Kind::Hexahedra, n, dragon_skin()?)?;
+        rows.push(Row::stated(quantity, "mm", 6.5, found).digits(3));
     }
-    Ok(Findings::new(rows, ""))
+    Ok(Findings::new(
+        rows,
+        "**The database's Dragon Skin 10 does not predict this beam**: it sags more than twice as far. The mechanics are not at fault: \
+         with the beam's own modulus the sag is within 5 % of the measured one and within 1 % of COMSOL's. The two silicones differ. \
+         The record comes from another laboratory's tension test at 450 mm/min, whose strain is the crosshead's and which has few \
+         points below 10 %: it gives E = 0.12 MPa at rest. The beam's authors fitted 0.26 MPa to its motion, and cite 0.22 and \
+         0.25 MPa (shear moduli of 72 and 85 kPa) from other work. A batch's modulus must be measured on that batch.",
+    ))
 }

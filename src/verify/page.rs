@@ -22,7 +22,8 @@ pub fn write_page(outcomes: &[(&Check, Findings)], out: &mut impl Write) -> io::
         writeln!(out, "| quantity | expected | found | tolerance | |")?;
         writeln!(out, "|---|---:|---:|---:|---|")?;
         for row in &findings.rows {
-            let [quantity, expected, found, tolerance] = cells(row);
+            // A bar would end the cell.
+            let [quantity, expected, found, tolerance] = cells(row).map(|cell| cell.replace('|', "\\|"));
             let mark = match row.demand {
                 Demand::Stated { .. } => "stated",
                 _ if row.passed() => "holds",
