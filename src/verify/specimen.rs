@@ -126,13 +126,18 @@ impl Specimen {
     /// Internal forces at the displacements `u`, `(n × 3)` \[N\]; on held components they are the reactions.
     pub fn internal_forces(&self, u: &[Vec3]) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); u.len()];
-        let laws = [&self.law];
-        let materials = Materials {
-            laws: &laws,
-            cell_of_point: &self.cell_of_point,
-        };
-        add_internal_forces(&self.model.parts, u, &materials, &mut forces);
+        self.with_materials(|materials| {
+            add_internal_forces(&self.model.parts, u, materials, &mut forces);
+        });
         forces
+    }
+
+    /// Calls `act` with the one material at every point.
+    pub fn with_materials<T>(&self, act: impl FnOnce(&Materials) -> T) -> T {
+        act(&Materials {
+            laws: &[&self.law],
+            cell_of_point: &self.cell_of_point,
+        })
     }
 
     /// The load curve through `factors`.
@@ -140,14 +145,11 @@ impl Specimen {
     /// # Errors
     /// If the stiffness at rest has no factor.
     pub fn curve(&self, load: &Load, factors: &[f64], options: &Options) -> Result<Curve, CheckError> {
-        let laws = [&self.law];
-        let materials = Materials {
-            laws: &laws,
-            cell_of_point: &self.cell_of_point,
-        };
         let mut solver = Solver::new(&self.model)?;
-        solver.start(&materials)?;
-        Ok(solver.curve(&materials, load, factors, options, &|| false))
+        self.with_materials(|materials| {
+            solver.start(materials)?;
+            Ok(solver.curve(materials, load, factors, options, &|| false))
+        })
     }
 
     /// The equilibrium under the whole load, reached through `steps` equal ones.
