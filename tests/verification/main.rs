@@ -5,4 +5,5 @@ mod clusters;
 mod command;
 mod elements;
 mod equilibrium;
+mod laws;
 mod support;
