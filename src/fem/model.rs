@@ -5,7 +5,7 @@ use super::elements::{BadElement, Block, Discretisation, VolumetricStrain};
 use super::forces::Materials;
 use super::stiffness::{self, Kind};
 use crate::geometry::volume::{Elements, VolumeMesh};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use crate::numerics::blocks::Sites;
 use crate::numerics::cholesky::{CholeskyError, Pattern, Symbolic};
 use crate::numerics::ordering::nested_dissection;
@@ -188,6 +188,25 @@ impl Model {
         match &self.parts {
             Discretisation::Eight(block) => self.assemble_block(block, u, materials, kind, values, skew),
             Discretisation::Four(block) => self.assemble_block(block, u, materials, kind, values, skew),
+        }
+    }
+
+    /// Adds the `block` of the nodes `a` (rows) and `b` (columns), which share an element, to the `values` of a symmetric
+    /// matrix, `(nnz)`; of the two blocks (a, b) and (b, a) only one is to be given.
+    pub fn add_pair(&self, a: usize, b: usize, block: &Mat3, values: &mut [f64]) {
+        let pattern = self.symbolic.pattern();
+        for i in 0..3 {
+            for j in 0..3 {
+                let (row, column) = (self.unknown_of[a][i], self.unknown_of[b][j]);
+                // On the diagonal block both halves are given, and the matrix takes one.
+                if row == CONSTRAINED || column == CONSTRAINED || (a == b && row < column) {
+                    continue;
+                }
+                let (row, column) = (row.max(column) as usize, row.min(column) as usize);
+                if let Some(place) = pattern.find(row, column) {
+                    values[place] += block[(i, j)];
+                }
+            }
         }
     }
 

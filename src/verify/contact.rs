@@ -103,7 +103,8 @@ fn pressed(block: &Specimen, shape: Shape, pose: Pose, depth: f64) -> Result<Bod
     }];
     let mut solver = ContactSolver::new(&block.model, &surface, &bodies).map_err(|e| other(&e))?;
     let options = ContactOptions::default();
-    let curve = block.with_materials(|materials| solver.curve(materials, &load, &levels, &options, &|| false));
+    let curve =
+        block.with_materials(|materials| solver.curve(materials, &load, &levels, &options, &|| false));
     let mut curve = curve.map_err(|e| other(&e))?;
     match (curve.stop, curve.levels.pop()) {
         (Stop::Converged, Some(mut level)) => Ok(level.bodies.remove(0)),
@@ -127,7 +128,16 @@ fn contact() -> Result<Findings, CheckError> {
         let found = pressed(&block, shape.clone(), pose, DEPTH)?;
         rows.push(Row::within(of("force"), "N", force, -4.0 * found.force_n.z, tolerance).digits(4));
         let measured = (4.0 * found.area_mm2 / PI).sqrt();
-        rows.push(Row::within(of("radius of contact"), "mm", radius, measured, 0.5 / cells as f64).digits(3));
+        rows.push(
+            Row::within(
+                of("radius of contact"),
+                "mm",
+                radius,
+                measured,
+                0.5 / cells as f64,
+            )
+            .digits(3),
+        );
         let largest = found.largest_pressure_mpa();
         rows.push(Row::within(of("largest pressure"), "MPa", pressure, largest, 0.10).digits(3));
         let half = pressed(&block, shape, pose, 0.5 * DEPTH)?;
@@ -147,8 +157,5 @@ fn contact() -> Result<Findings, CheckError> {
         let quantity = format!("flat punch, {cells} cells over its radius: force");
         rows.push(Row::within(quantity, "N", 0.1 * expected, -4.0 * found.force_n.z, tolerance).digits(4));
     }
-    Ok(Findings::new(
-        rows,
-        "",
-    ))
+    Ok(Findings::new(rows, ""))
 }

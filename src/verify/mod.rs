@@ -8,12 +8,13 @@
 //! Rooms: [`record`] (what was demanded and found), [`page`] (Markdown), [`specimen`] (a body, its supports, a finer
 //! quadrature), [`elements`] (patch tests, rigid motion), [`laws`] (closed forms of every law), [`orders`] (convergence to a manufactured solution),
 //! [`elastica`] and [`cantilever`] (large rotation), [`cook`] (shear near incompressibility), [`sphere`] (a thick shell
-//! blown up), [`block`] (five other codes), [`path`] (work around closed paths), [`beam`] (a measured beam), [`repeat`]
+//! blown up), [`contact`] (ball and punch on a half space), [`block`] (five other codes), [`path`] (work around closed paths), [`beam`] (a measured beam), [`repeat`]
 //! (steps, threads and numbering change nothing).
 
 pub mod beam;
 pub mod block;
 pub mod cantilever;
+pub mod contact;
 pub mod cook;
 pub mod elastica;
 pub mod elements;
@@ -87,7 +88,7 @@ pub enum CheckError {
 }
 
 /// All checks, in the order of the page.
-pub const CHECKS: [Check; 11] = [
+pub const CHECKS: [Check; 12] = [
     elements::PATCH,
     elements::RIGID,
     laws::LAWS,
@@ -95,6 +96,7 @@ pub const CHECKS: [Check; 11] = [
     cantilever::CANTILEVER,
     cook::COOK,
     sphere::SPHERE,
+    contact::CONTACT,
     block::BLOCK,
     path::PATH,
     beam::BEAM,

@@ -239,7 +239,9 @@ fn errors(corner: Corner, law: &Law, rounds: usize) -> Result<Errors, CheckError
 fn with_energy() -> Result<Law, CheckError> {
     match rubber()? {
         Law::Isotropic(secant) => Ok(Law::Energy(Box::new(EnergyRbf::from_secant(&secant)?))),
-        _ => Err(CheckError::Other("ecoflex-00-30 is no isotropic secant law".into())),
+        _ => Err(CheckError::Other(
+            "ecoflex-00-30 is no isotropic secant law".into(),
+        )),
     }
 }
 

@@ -45,6 +45,7 @@ tests! {
     slow_cantilever: "cantilever",
     slow_cook: "cook",
     slow_sphere: "sphere",
+    slow_contact: "contact",
     block: "block",
     slow_path: "path",
     slow_beam: "beam",
