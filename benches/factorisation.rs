@@ -1,13 +1,21 @@
 //! Cholesky factorisation of elasticity matrices on regular and irregular meshes: orders of elimination side by side,
 //! and CHOLMOD with METIS as the peer, in alternating rounds on one thread.
 //!
-//! `cargo bench --bench factorisation` compares orders; `-- --peer=target/peers/cholmod` adds CHOLMOD (see
+//! `cargo bench --bench factorisation` times ours; `-- --orders` compares it with faer's minimum degree; `-- --peer=target/peers/cholmod` adds CHOLMOD (see
 //! `benches/peers/cholmod.c`; set `OMP_THREAD_LIMIT=1` and unset `OPENBLAS_CORETYPE`); `--write=FOLDER` leaves the
 //! matrices there; `--rounds=5`, `--only=cube`.
 
 #[path = "support/mod.rs"]
 mod support;
 
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Par, Side, Spec};
 use pliant::numerics::cholesky::{Cholesky, Pattern, Symbolic};
 use std::io::Write;
 use std::path::PathBuf;
@@ -71,6 +79,9 @@ fn compare(kind: &str, problem: &Problem, rounds: usize) {
         let _ = std::fs::remove_file(&path);
     }
     let ours = middle(&ours);
+    if std::env::args().any(|a| a == "--orders") {
+        minimum_degree(pattern, &values, repeats);
+    }
     print!(
         "{kind} | {n} | {} | {:.2}, {:.2}, {:.3} |",
         ours.entries, ours.analysis, ours.factor, ours.solve
@@ -122,6 +133,43 @@ fn own_times(pattern: &Pattern, values: &[f64], repeats: usize) -> Times {
         solve: 1e3 * solve,
         entries,
     }
+}
+
+/// faer's own approximate minimum degree order on the same matrix.
+fn minimum_degree(pattern: &Pattern, values: &[f64], repeats: usize) {
+    let n = pattern.unknowns();
+    let structure = SymbolicSparseColMatRef::new_checked(n, n, &pattern.columns, None, &pattern.rows);
+    let params = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        ..Default::default()
+    };
+    let mut symbolic = None;
+    let analysis = seconds(|| {
+        symbolic = factorize_symbolic_cholesky(structure, Side::Lower, SymmetricOrdering::Amd, params).ok();
+    });
+    let symbolic = symbolic.expect("it fits");
+    let mut factor = vec![0.0; symbolic.len_val()];
+    let mut memory = MemBuffer::new(symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()));
+    let times = (0..repeats).map(|_| {
+        seconds(|| {
+            let done = symbolic.factorize_numeric_llt(
+                &mut factor,
+                SparseColMatRef::new(structure, values),
+                Side::Lower,
+                LltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut memory),
+                Spec::default(),
+            );
+            assert!(done.is_ok(), "it is held");
+        })
+    });
+    let ms = 1e3 * median(times.collect());
+    println!(
+        "minimum degree: {} entries, {:.2}, {ms:.2} ms",
+        symbolic.len_val(),
+        1e3 * analysis
+    );
 }
 
 fn peer_times(program: &str, matrix: &PathBuf, repeats: usize) -> Times {

@@ -31,9 +31,9 @@ use crate::numerics::linear_solver::LinearSolver;
 pub use super::load_curve::{BadOption, Curve, Load, NewtonMatrix, Options, Stop, Work};
 
 /// Iterations that Anderson's method remembers.
-const DEPTH: usize = 6;
+const DEPTH: usize = 12;
 /// Iterations after which a factor has become a poor guide.
-const REFRESH: usize = 12;
+const REFRESH: usize = 16;
 /// Iterations without a new best after which Newton takes over.
 const PATIENCE: usize = 8;
 
@@ -77,7 +77,7 @@ impl<'a> Solver<'a> {
         let n = model.unknowns();
         Ok(Solver {
             model,
-            rest: LinearSolver::new(model.symbolic().clone())?,
+            rest: linear_solver(model)?,
             newton: None,
             values: vec![0.0; model.symbolic().pattern().rows.len()],
             skew: Vec::new(),
@@ -375,7 +375,7 @@ impl<'a> Solver<'a> {
     /// Factorises the secant matrix at `u` for the iterations to come.
     fn refresh(&mut self, u: &[Vec3], materials: &Materials) -> bool {
         if self.newton.is_none() {
-            self.newton = LinearSolver::new(self.model.symbolic().clone()).ok();
+            self.newton = linear_solver(self.model).ok();
         }
         self.is_refreshed = self.factorise_at(u, materials, Kind::Secant);
         self.memory.restart();
@@ -393,6 +393,17 @@ impl<'a> Solver<'a> {
         }
         forces
     }
+}
+
+/// Residual at which iterative linear solves end. They need not be exact: the residual that they are given is, so what
+/// one leaves is made up for in the next iteration.
+pub(super) const INEXACT: f64 = 1e-4;
+
+/// A solver by the size of the model.
+pub(super) fn linear_solver(model: &Model) -> Result<LinearSolver, CholeskyError> {
+    let mut solver = LinearSolver::new(model.symbolic().clone())?;
+    solver.set_tolerance(INEXACT);
+    Ok(solver)
 }
 
 /// The equilibria met so far.

@@ -27,6 +27,7 @@ pub mod scene;
 pub mod scene_materials;
 pub mod scene_record;
 pub mod scene_text;
+pub mod sensitivity;
 pub mod setup;
 pub mod stage;
 pub mod stiffness;

@@ -15,6 +15,8 @@ use std::sync::Arc;
 pub type Constrained = [bool; 3];
 
 const CONSTRAINED: u32 = u32::MAX;
+/// Components that must be held in every connected part: those of a rigid motion.
+const HELD: usize = 6;
 
 /// Why no model could be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -97,9 +99,34 @@ impl Model {
         volumetric: VolumetricStrain,
         regions: Option<&[u16]>,
     ) -> Result<Model, ModelError> {
+        Model::held_by(HELD, mesh, fill, constrained, volumetric, regions)
+    }
+
+    /// The same for an object that supports need not hold: what it touches does, see [`super::contact`].
+    ///
+    /// # Errors
+    /// As [`Model::new`], but no part is too loosely held.
+    pub fn unheld(
+        mesh: VolumeMesh,
+        fill: Option<Vec<f64>>,
+        constrained: Vec<Constrained>,
+        volumetric: VolumetricStrain,
+        regions: Option<&[u16]>,
+    ) -> Result<Model, ModelError> {
+        Model::held_by(0, mesh, fill, constrained, volumetric, regions)
+    }
+
+    fn held_by(
+        least: usize,
+        mesh: VolumeMesh,
+        fill: Option<Vec<f64>>,
+        constrained: Vec<Constrained>,
+        volumetric: VolumetricStrain,
+        regions: Option<&[u16]>,
+    ) -> Result<Model, ModelError> {
         let parts = Discretisation::with(&mesh, fill.as_deref(), volumetric, regions)?;
         let neighbours = neighbours(&parts, mesh.nodes.len());
-        check_supports(&mesh, &neighbours, &constrained)?;
+        check_supports(&mesh, &neighbours, &constrained, least)?;
         let order = nested_dissection(&mesh.nodes, &neighbours);
         let mut unknown_of = vec![[CONSTRAINED; 3]; mesh.nodes.len()];
         let mut unknowns = 0;
@@ -301,8 +328,9 @@ fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) ->
             rows_of[column as usize] = rows.map(|r| r as usize).collect();
         }
     }
+    // Grown step by step these would need twice their size, which is the largest there is in a model.
+    let mut rows = Vec::with_capacity(rows_of.iter().map(Vec::len).sum());
     let mut columns = vec![0];
-    let mut rows = Vec::new();
     for mut list in rows_of {
         list.sort_unstable();
         rows.extend(list);
@@ -312,7 +340,12 @@ fn pattern(neighbours: &[Vec<u32>], unknown_of: &[[u32; 3]], unknowns: usize) ->
 }
 
 fn scatter_map(parts: &Discretisation, unknown_of: &[[u32; 3]], pattern: &Pattern) -> (Vec<u32>, Vec<usize>) {
-    let (mut scatter, mut starts) = (Vec::new(), vec![0]);
+    let entries = |c: usize| {
+        let size = 3 * parts.nodes_of_cluster(c).len();
+        size * (size + 1) / 2
+    };
+    let mut scatter = Vec::with_capacity((0..parts.clusters()).map(entries).sum());
+    let mut starts = vec![0];
     for c in 0..parts.clusters() {
         let nodes = parts.nodes_of_cluster(c);
         let unknowns: Vec<u32> = nodes.iter().flat_map(|&n| unknown_of[n as usize]).collect();
@@ -338,6 +371,7 @@ fn check_supports(
     mesh: &VolumeMesh,
     neighbours: &[Vec<u32>],
     constrained: &[Constrained],
+    least: usize,
 ) -> Result<(), ModelError> {
     if let Some(node) = neighbours.iter().position(Vec::is_empty) {
         return Err(ModelError::LooseNode {
@@ -361,7 +395,7 @@ fn check_supports(
                 }
             }
         }
-        if held < 6 {
+        if held < least {
             let elements = (0..mesh.elements.len())
                 .filter(|&e| part[mesh.elements.nodes_of(e)[0] as usize] == start)
                 .count();

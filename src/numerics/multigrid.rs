@@ -6,7 +6,7 @@
 //! ```
 //!
 //! S is a Gauss–Seidel sweep over the sites' 3 × 3 blocks in one order of colours, Sᵀ the same in the opposite order, so
-//! a cycle is a symmetric positive definite operator and may precondition conjugate gradients
+//! a cycle, a W-cycle of these steps, is a symmetric positive definite operator and may precondition conjugate gradients
 //! ([`super::conjugate_gradients`]). P interpolates from lattices laid over the object ([`super::transfer`]); the
 //! coarsest one is solved by [`super::cholesky`]. The matrices of the lattices follow from A alone (Galerkin), so
 //! contrast between materials, partly filled elements, held components and large deformations need no other treatment.
@@ -26,8 +26,12 @@ use std::sync::Arc;
 const COARSEST: usize = 700;
 /// A lattice that leaves more than this share of the sites is not worth its level.
 const LEAST_GAIN: f64 = 0.7;
-/// Gauss–Seidel sweeps before and after each coarse correction.
-const SWEEPS: usize = 1;
+/// Gauss–Seidel sweeps before and after each coarse correction. One does as well where stiffness is even; with a contrast
+/// of 100, two need half as many iterations.
+const SWEEPS: usize = 2;
+/// How often a cycle visits each level below the finest (a W-cycle). They cost little, and with contrast a fifth of the
+/// iterations goes.
+const VISITS: usize = 2;
 
 /// What depends on the pattern and the positions alone; shared by all matrices on it.
 #[derive(Debug)]
@@ -322,6 +326,14 @@ impl Multigrid {
             return;
         };
         self.levels[l].solution.fill(Vec3::zeros());
+        let visits = if l == 0 { 1 } else { VISITS };
+        for _ in 0..visits {
+            self.visit(l, shape, transfer);
+        }
+    }
+
+    /// Smooths the solution on level `l`, corrects it from the next level, and smooths again the other way round.
+    fn visit(&mut self, l: usize, shape: &Level, transfer: &Transfer) {
         for _ in 0..SWEEPS {
             for colour in 0..shape.colours.count() {
                 self.relax(l, shape, colour);

@@ -35,7 +35,10 @@ fn press(bodies: &[RigidBody], drives: Vec<Vec<Drive>>, options: &ContactOptions
         // Contact and supports are in balance, to the tolerance of the residual with room for many points.
         let force: Vec3 = level.bodies.iter().map(|b| b.force_n).sum();
         let size: f64 = level.bodies.iter().map(|b| b.force_n.norm()).sum();
-        assert!((force + reaction).norm() <= 1e-6 * size, "{force} {reaction}");
+        assert!(
+            (force + reaction).norm() <= 1e-6 * size + 1e-12,
+            "{force} {reaction}"
+        );
     }
     curve
 }
@@ -164,13 +167,13 @@ fn a_sphere_from_a_mesh_is_a_sphere() {
     let centre = Vec3::new(7.3, 8.4, 14.0);
     let solid = Solid::new(round(6.0, centre, 4)).unwrap();
     let meshed = RigidBody::of_solid(&solid, None, Vec3::zeros(), -Vec3::z(), SMOOTH).unwrap();
-    // Facets of 0.4 mm cut 3e-3 mm off a sphere of 6 mm; the field rounds less than that.
+    // Facets with edges of up to 0.5 mm cut r²/2R = 0.29²/12 mm off the sphere; the field rounds less than that.
     for k in 0..50 {
         let t = f64::from(k);
         let x =
             centre + Vec3::new(t.sin(), (1.7 * t).cos(), (0.6 * t).sin()).normalize() * (6.0 + 0.3 * t.cos());
         let off = meshed.distance(&Vec3::zeros(), &x).value - ((x - centre).norm() - 6.0);
-        assert!((-1e-3..5e-3).contains(&off), "{off}");
+        assert!((-1e-3..7e-3).contains(&off), "{off}");
     }
     let drives = vec![vec![Drive::travel(1.5)]];
     let exact = arrived(&[ball(6.0, 7.3, 8.4, SMOOTH)], drives.clone());
@@ -404,4 +407,44 @@ fn nonsense_is_refused() {
         ..options
     };
     assert!(refused(vec![Drive::travel(1.0)], bad).contains("penetration"));
+}
+
+#[test]
+fn study() {
+    for size in [2.0, 1.0, 0.8] {
+        let n = (8.0f64 / size).round() as usize;
+        let mesh = VolumeMesh::cuboid(Vec3::new(16.0, 16.0, 8.0), [2 * n, 2 * n, n], false);
+        let m = model(mesh, |x| [x.z == 0.0; 3]);
+        let surface = Surface::of_mesh(&m.mesh);
+        let bodies = [ball(6.0, 8.0, 8.0, SMOOTH)];
+        let levels = [level(vec![Drive::travel(2.0)])];
+        let options = ContactOptions::default();
+        let (curve, _) = simulate(&m, &surface, &bodies, &soft(), &unloaded(&m), &levels, &options);
+        println!(
+            "{size} nodes {} {:?}",
+            curve.levels[0].bodies[0].force_n.z, curve.work
+        );
+        let solid = Solid::new(shapes::block(Vec3::new(16.0, 16.0, 8.0), 4.0).unwrap()).unwrap();
+        for shift in [0.0, 0.5] {
+            let levels = Levels::Flat(
+                (0..=n)
+                    .map(|k| size * k as f64 + if k == n { shift * size } else { 0.0 })
+                    .collect(),
+            );
+            let grid = Grid::new(&solid, Axis::Z, size, levels, [&[], &[]]).unwrap();
+            let m = Model::new(
+                grid.mesh.clone(),
+                Some(grid.fill.clone()),
+                grid.mesh.nodes.iter().map(|x| [x.z == 0.0; 3]).collect(),
+            )
+            .unwrap();
+            let surface = Surface::embedded(&solid, &grid);
+            let levels = [level(vec![Drive::travel(2.0)])];
+            let (curve, _) = simulate(&m, &surface, &bodies, &soft(), &unloaded(&m), &levels, &options);
+            println!(
+                "{size} embedded {shift} {} {:?} {:?}",
+                curve.levels[0].bodies[0].force_n.z, curve.work, curve.stop
+            );
+        }
+    }
 }

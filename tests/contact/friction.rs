@@ -76,8 +76,8 @@ fn sticking_is_stiffer_than_sliding() {
     let run = |friction: Friction| {
         let disc = RigidBody::probe(
             Shape::Disc {
-                radius_mm: 4.5,
-                edge_mm: 0.5,
+                radius_mm: 5.0,
+                edge_mm: 0.3,
             },
             Pose::new(Vec3::new(8.0, 8.0, 8.0), -Vec3::z()).unwrap(),
             -Vec3::z(),

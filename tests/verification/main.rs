@@ -4,4 +4,6 @@ mod clusters;
 mod elements;
 mod equilibrium;
 mod laws;
+mod robustness;
+mod sensitivity;
 mod support;

@@ -1,39 +1,31 @@
-//! The balance of forces of an object that touches rigid bodies: residual, linear system, Newton step.
+//! The balance of forces of an object that touches rigid bodies.
 //!
 //! ```text
-//! r_u = t f_ext + Σ_p Nᵀ f_p(x_p − c) − f_int(u)          on the unknown components
-//! r_s = F − d · Σ_p f_p                                    for each body pressed by a force
-//! | K + Σ Nᵀ k N    −b | | δu |   | r_u |
-//! |     −bᵀ          c | | δs | = | r_s |,   b = Σ Nᵀ k d,  c = Σ d·k d,  k = −∂f_p/∂x
+//! r_u = t f_ext + Σ_p Nᵀ f_p(x_p − c) − f_int(u) − α k (u − u₀)     on the unknown components
+//! r_s = F − d · Σ_p f_p                                             for each body pressed by a force
 //! ```
 //!
-//! The contact's blocks k lie inside the matrix pattern, since a point's nodes belong to one element; the travels δs of
-//! pressed bodies are eliminated, one more right-hand side each. Where nothing rubs, k is symmetric and the Cholesky
-//! factor solves the system exactly; friction makes k unsymmetric, and GMRES solves it with the factor of the symmetric
-//! part as preconditioner.
+//! The last term of r_u anchors an object that its contacts alone hold: springs, a tiny share α of the object's own
+//! stiffness, from where it was at the last equilibrium. [`super::system`] solves for what makes r vanish.
 //!
 //! Symbols: u displacement, s travel of a body along its direction d \[mm\], f force \[N\], F force that presses a body
-//! \[N\], N shape functions' values at a contact point, K tangent stiffness \[N/mm\].
+//! \[N\], N shape functions' values at a contact point, k diagonal of the stiffness at rest \[N/mm\].
 
-use super::body::RigidBody;
-use super::krylov::{dot, gmres, norm};
+use super::body::{Bond, RigidBody};
+use super::krylov::{dot, norm};
 use super::law::{Memory, Response, Status, response};
+use super::report::ContactOptions;
 use super::surface::Surface;
 use crate::fem::forces::{Materials, add_internal_forces};
 use crate::fem::load_curve::Work;
 use crate::fem::model::Model;
 use crate::fem::stiffness::Kind;
-use crate::math::{Mat3, Vec3};
-use crate::numerics::cholesky::{Cholesky, CholeskyError};
-use nalgebra::{DMatrix, DVector};
+use crate::math::Vec3;
+use crate::numerics::cholesky::CholeskyError;
+use crate::numerics::linear_solver::LinearSolver;
 
 /// Share of a point's motion along a direction that must be free for it to carry a constraint there.
 const LEAST_MOBILITY: f64 = 1e-3;
-/// Relative residual of the unsymmetric linear solves; Newton's next residual can't be better than this.
-const LINEAR_TOLERANCE: f64 = 1e-6;
-/// Most steps of an unsymmetric linear solve.
-const LINEAR_STEPS: usize = 60;
-
 /// Object and bodies at one moment.
 #[derive(Clone, Debug)]
 pub(super) struct State {
@@ -45,6 +37,10 @@ pub(super) struct State {
     pub across: Vec<Vec3>,
     /// What each pair remembers.
     pub memory: Vec<Memory>,
+    /// Translation of each body at the last equilibrium \[mm\].
+    pub from: Vec<Vec3>,
+    /// Displacements at the last equilibrium, `(nodes)` \[mm\].
+    pub from_u: Vec<Vec3>,
 }
 
 /// The forces that act at a moment.
@@ -86,17 +82,21 @@ pub(super) struct Balance<'a> {
     mobility: Vec<Vec3>,
     rest: Vec<Vec3>,
     /// Out of its place only while an unsymmetric system is solved.
-    factor: Option<Cholesky>,
-    values: Vec<f64>,
+    pub(super) factor: Option<LinearSolver>,
+    pub(super) values: Vec<f64>,
     /// The material's tangent alone, where the linear solves need it.
-    material: Vec<f64>,
+    pub(super) material: Vec<f64>,
+    /// Lower triangle of its skew part.
+    pub(super) skew: Vec<f64>,
+    /// Anchoring springs of the unknowns \[N/mm\].
+    pub(super) anchor: Vec<f64>,
     internal: Vec<Vec3>,
     /// Pairs that touch, with their responses at the last state looked at.
     pub touching: Vec<(usize, Response)>,
     /// r_u, then r_s.
-    residual: Vec<f64>,
+    pub(super) residual: Vec<f64>,
     /// Bodies whose travel is unknown.
-    loose: Vec<usize>,
+    pub(super) loose: Vec<usize>,
     pub work: Work,
 }
 
@@ -136,9 +136,11 @@ impl<'a> Balance<'a> {
             size_mm: sizes(surface),
             mobility,
             rest: surface.points.iter().map(|p| p.rest(nodes)).collect(),
-            factor: Some(Cholesky::new(model.symbolic().clone())?),
+            factor: Some(LinearSolver::new(model.symbolic().clone())?),
             values: vec![0.0; model.symbolic().pattern().rows.len()],
             material: Vec::new(),
+            skew: vec![0.0; model.symbolic().pattern().rows.len()],
+            anchor: vec![0.0; model.unknowns()],
             internal: vec![Vec3::zeros(); nodes.len()],
             touching: Vec::new(),
             residual: vec![0.0; model.unknowns()],
@@ -147,8 +149,9 @@ impl<'a> Balance<'a> {
         })
     }
 
-    /// Sets the penalties from the stiffness at rest: κ = `ratio` / Σ N_a² / k_a, with k_a the mean of node a's diagonal.
-    pub fn weigh(&mut self, materials: &Materials, ratio: f64) {
+    /// Sets penalties and anchors from the stiffness at rest: κ = ratio / Σ (N_a² / k_a), with k_a the mean of node a's
+    /// diagonal, and α k.
+    pub fn weigh(&mut self, materials: &Materials, options: &ContactOptions) {
         let still = vec![Vec3::zeros(); self.model.mesh.nodes.len()];
         self.model
             .assemble(&still, materials, Kind::Secant, &mut self.values);
@@ -157,6 +160,7 @@ impl<'a> Balance<'a> {
             .iter()
             .map(|&first| self.values[first])
             .collect();
+        self.anchor = diagonal.iter().map(|k| k * options.anchor).collect();
         let mut of_node = vec![Vec3::zeros(); self.model.mesh.nodes.len()];
         self.model.spread(&diagonal, &mut of_node);
         for (penalty, point) in self.penalty.iter_mut().zip(&self.surface.points) {
@@ -169,7 +173,11 @@ impl<'a> Balance<'a> {
                     if sum > 0.0 { w * w * free as f64 / sum } else { 0.0 }
                 })
                 .sum();
-            *penalty = if compliance > 0.0 { ratio / compliance } else { 0.0 };
+            *penalty = if compliance > 0.0 {
+                options.penalty / compliance
+            } else {
+                0.0
+            };
         }
     }
 
@@ -179,19 +187,22 @@ impl<'a> Balance<'a> {
             travel: vec![0.0; self.bodies.len()],
             across: vec![Vec3::zeros(); self.bodies.len()],
             memory: Vec::new(),
+            from: vec![Vec3::zeros(); self.bodies.len()],
+            from_u: vec![Vec3::zeros(); self.model.mesh.nodes.len()],
         };
-        state.memory = self
-            .pairs
-            .iter()
-            .map(|pair| Memory {
+        let at_start = |pair: &Pair| {
+            let place = self.rest[pair.point];
+            let distance = self.bodies[pair.body].distance(&Vec3::zeros(), &place);
+            Memory {
                 normal_n: 0.0,
                 tangential_n: Vec3::zeros(),
-                place: self.rest[pair.point],
-                rest_gap_mm: self.bodies[pair.body]
-                    .distance(&Vec3::zeros(), &self.rest[pair.point])
-                    .value,
-            })
-            .collect();
+                place,
+                rest_gap_mm: distance.value,
+                gap_mm: distance.value,
+                normal: distance.gradient,
+            }
+        };
+        state.memory = self.pairs.iter().map(at_start).collect();
         state
     }
 
@@ -219,10 +230,14 @@ impl<'a> Balance<'a> {
         let memory = &state.memory[n];
         let free = mobility.map(|m| f64::from(m >= LEAST_MOBILITY));
         let moved = (x - translation - memory.place).component_mul(&free);
+        let share = match body.bond {
+            Bond::Unilateral => memory.touching_share(&(translation - state.from[pair.body])),
+            Bond::Bilateral => 1.0,
+        };
         let penalty = self.penalty[pair.point];
         Some(response(
             &distance,
-            &moved,
+            (&moved, share),
             memory,
             body.friction,
             body.bond,
@@ -293,6 +308,7 @@ impl<'a> Balance<'a> {
         for (r, f) in self.residual.iter_mut().zip(&target.external) {
             *r = f - *r;
         }
+        self.pull_to_anchors(state);
         let mut load = dot(&target.external, &target.external);
         for (k, &body) in self.loose.iter().enumerate() {
             let force = target.push[body].unwrap_or(0.0);
@@ -303,6 +319,18 @@ impl<'a> Balance<'a> {
             residual_norm: norm(&self.residual),
             scale: load.sqrt() + reactions.sqrt() + contact.sqrt(),
             violation,
+        }
+    }
+
+    fn pull_to_anchors(&mut self, state: &State) {
+        if self.anchor.iter().all(|k| *k == 0.0) {
+            return;
+        }
+        let way: Vec<Vec3> = state.u.iter().zip(&state.from_u).map(|(u, o)| u - o).collect();
+        let mut unknown = vec![0.0; self.anchor.len()];
+        self.model.gather(&way, &mut unknown);
+        for ((r, k), x) in self.residual.iter_mut().zip(&self.anchor).zip(&unknown) {
+            *r -= k * x;
         }
     }
 
@@ -326,12 +354,22 @@ impl<'a> Balance<'a> {
         self.update_multipliers(state);
         for n in 0..self.pairs.len() {
             let (x, translation) = self.relative_place(state, &self.pairs[n]);
-            state.memory[n].place = x - translation;
-            state.memory[n].tangential_n = Vec3::zeros();
+            let distance = self.bodies[self.pairs[n].body].distance(&translation, &x);
+            let memory = &mut state.memory[n];
+            memory.place = x - translation;
+            memory.tangential_n = Vec3::zeros();
+            memory.gap_mm = distance.value;
+            memory.normal = distance.gradient;
         }
         for (n, r) in &self.touching {
             state.memory[*n].tangential_n = r.tangential_n;
+            // Touching to the tolerance is touching.
+            state.memory[*n].gap_mm = 0.0;
         }
+        for body in 0..self.bodies.len() {
+            state.from[body] = self.translation(state, body);
+        }
+        state.from_u.clone_from(&state.u);
     }
 }
 
@@ -343,221 +381,4 @@ fn sizes(surface: &Surface) -> Vec<f64> {
         .iter()
         .map(|p| p.area_mm2.sqrt().max(least))
         .collect()
-}
-
-/// Which symmetric matrix stands for the contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Blocks {
-    /// The symmetric part of the exact one.
-    Exact,
-    /// One that is never indefinite.
-    Robust,
-}
-
-impl Balance<'_> {
-    /// Newton's step at the state last looked at: δu, then δs; `None` if no matrix has a Cholesky factor.
-    ///
-    /// `robust` leaves out what can make the matrix indefinite.
-    pub fn step(&mut self, state: &State, materials: &Materials, robust: bool) -> Option<Vec<f64>> {
-        let rubs = |r: &Response| matches!(r.status, Status::Stuck | Status::Sliding);
-        let has_friction = self.touching.iter().any(|(_, r)| rubs(r));
-        let ways = [
-            (Kind::Tangent, Blocks::Exact),
-            (Kind::Tangent, Blocks::Robust),
-            (Kind::Secant, Blocks::Robust),
-        ];
-        let skipped = if robust {
-            2
-        } else if has_friction {
-            1
-        } else {
-            0
-        };
-        for (kind, blocks) in ways.into_iter().skip(skipped) {
-            self.model.assemble(&state.u, materials, kind, &mut self.values);
-            let exact = has_friction && !robust;
-            if exact {
-                self.material.clone_from(&self.values);
-            }
-            self.add_blocks(blocks);
-            self.work.factorisations += 1;
-            let mut factor = self.factor.take()?;
-            let step = factor.factorise(&self.values).is_ok().then(|| {
-                let border = self.border(&mut factor, blocks);
-                let mut step = self.residual.clone();
-                if exact {
-                    step = gmres(
-                        &self.residual,
-                        &mut |x| self.multiply(x),
-                        &mut |x| border.solve(&mut factor, x),
-                        LINEAR_TOLERANCE,
-                        LINEAR_STEPS,
-                    );
-                } else {
-                    border.solve(&mut factor, &mut step);
-                }
-                step
-            });
-            self.factor = Some(factor);
-            if step.is_some() {
-                return step;
-            }
-        }
-        None
-    }
-
-    fn block(r: &Response, blocks: Blocks) -> Mat3 {
-        match blocks {
-            Blocks::Exact => (r.jacobian + r.jacobian.transpose()) * -0.5,
-            Blocks::Robust => r.stiffness,
-        }
-    }
-
-    fn add_blocks(&mut self, blocks: Blocks) {
-        for (n, r) in &self.touching {
-            let k = Self::block(r, blocks);
-            let weights = &self.surface.points[self.pairs[*n].point].weights;
-            for (i, &(a, wa)) in weights.iter().enumerate() {
-                for &(b, wb) in &weights[..=i] {
-                    self.model
-                        .add_pair(a as usize, b as usize, &(k * (wa * wb)), &mut self.values);
-                }
-            }
-        }
-    }
-
-    /// The columns of the pressed bodies, seen through the factor.
-    fn border(&self, factor: &mut Cholesky, blocks: Blocks) -> Border {
-        let unknowns = self.model.unknowns();
-        let m = self.loose.len();
-        let mut border = Border {
-            columns: Vec::with_capacity(m),
-            through: Vec::with_capacity(m),
-            schur: DMatrix::zeros(m, m),
-        };
-        for (j, &body) in self.loose.iter().enumerate() {
-            let d = self.bodies[body].direction;
-            let mut field = vec![Vec3::zeros(); self.model.mesh.nodes.len()];
-            for (n, r) in self.touching.iter().filter(|(n, _)| self.pairs[*n].body == body) {
-                let pull = Self::block(r, blocks) * d;
-                border.schur[(j, j)] += d.dot(&pull);
-                for &(node, w) in &self.surface.points[self.pairs[*n].point].weights {
-                    field[node as usize] += pull * w;
-                }
-            }
-            let mut column = vec![0.0; unknowns];
-            self.model.gather(&field, &mut column);
-            let mut through = column.clone();
-            factor.solve(&mut through);
-            border.columns.push(column);
-            border.through.push(through);
-        }
-        for i in 0..m {
-            for j in 0..m {
-                border.schur[(i, j)] -= dot(&border.columns[i], &border.through[j]);
-            }
-        }
-        border
-    }
-
-    /// The exact matrix times `x`.
-    fn multiply(&self, x: &[f64]) -> Vec<f64> {
-        let unknowns = self.model.unknowns();
-        let pattern = self.model.symbolic().pattern();
-        let mut y = vec![0.0; x.len()];
-        for column in 0..unknowns {
-            let mut sum = 0.0;
-            for k in pattern.columns[column]..pattern.columns[column + 1] {
-                let (row, value) = (pattern.rows[k], self.material[k]);
-                sum += value * x[row];
-                if row != column {
-                    y[row] += value * x[column];
-                }
-            }
-            y[column] += sum;
-        }
-        let mut moved = vec![Vec3::zeros(); self.model.mesh.nodes.len()];
-        self.model.spread(&x[..unknowns], &mut moved);
-        let mut forces = vec![Vec3::zeros(); moved.len()];
-        for (n, r) in &self.touching {
-            let pair = &self.pairs[*n];
-            let point = &self.surface.points[pair.point];
-            let mut relative = point.moved(&moved);
-            let unknown = self.loose.iter().position(|&b| b == pair.body);
-            let d = self.bodies[pair.body].direction;
-            if let Some(k) = unknown {
-                relative -= d * x[unknowns + k];
-            }
-            let change = r.jacobian * relative;
-            for &(node, w) in &point.weights {
-                forces[node as usize] += change * w;
-            }
-            if let Some(k) = unknown {
-                y[unknowns + k] += d.dot(&change);
-            }
-        }
-        let mut contact = vec![0.0; unknowns];
-        self.model.gather(&forces, &mut contact);
-        y.iter_mut().zip(&contact).for_each(|(y, c)| *y -= c);
-        y
-    }
-
-    /// State after `share` of a step.
-    pub fn moved(&self, state: &State, step: &[f64], share: f64) -> State {
-        let unknowns = self.model.unknowns();
-        let mut values = vec![0.0; unknowns];
-        self.model.gather(&state.u, &mut values);
-        values.iter_mut().zip(step).for_each(|(x, s)| *x += share * s);
-        let mut next = state.clone();
-        self.model.spread(&values, &mut next.u);
-        for (k, &body) in self.loose.iter().enumerate() {
-            next.travel[body] += share * step[unknowns + k];
-        }
-        next
-    }
-
-    /// Work of the residual forces along a step, the descent of the energy where there is one.
-    pub fn slope(&self, step: &[f64]) -> f64 {
-        dot(&self.residual, step)
-    }
-}
-
-/// The travels' part of the linear system.
-struct Border {
-    /// b of each pressed body, `(unknowns)`.
-    columns: Vec<Vec<f64>>,
-    /// K⁻¹ b.
-    through: Vec<Vec<f64>>,
-    /// c − bᵀ K⁻¹ b.
-    schur: DMatrix<f64>,
-}
-
-impl Border {
-    /// Solves in place for the residual `x`, r_u then r_s.
-    fn solve(&self, factor: &mut Cholesky, x: &mut [f64]) {
-        let m = self.columns.len();
-        let (u, s) = x.split_at_mut(x.len() - m);
-        factor.solve(u);
-        if m == 0 {
-            return;
-        }
-        let mut schur = self.schur.clone();
-        let mut right = DVector::zeros(m);
-        for k in 0..m {
-            // b before K⁻¹ or after: the factor is symmetric, and u has been through it.
-            right[k] = s[k] + dot(&self.columns[k], u);
-            if schur[(k, k)] <= 0.0 {
-                // A body that touches nothing stays where it is.
-                schur.row_mut(k).fill(0.0);
-                schur.column_mut(k).fill(0.0);
-                schur[(k, k)] = 1.0;
-                right[k] = 0.0;
-            }
-        }
-        let travels = schur.lu().solve(&right).unwrap_or_else(|| DVector::zeros(m));
-        for (k, through) in self.through.iter().enumerate() {
-            s[k] = travels[k];
-            u.iter_mut().zip(through).for_each(|(u, z)| *u += travels[k] * z);
-        }
-    }
 }

@@ -161,6 +161,11 @@ impl DistanceField {
             .collect();
     }
 
+    /// The largest depth of a sample \[mm\].
+    pub fn depth_mm(&self) -> f64 {
+        -self.values.iter().copied().fold(-self.spacing, f64::min)
+    }
+
     /// Distance of `x` \[mm\], in the frame of the solid.
     pub fn distance(&self, x: &Vec3) -> Distance {
         let inner = |c: usize| {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! normal      f_n = max(0, λ − κ g)                    unilateral;  λ − κ (g − g₀) bilateral
-//! tangential  t* = P (λ_T − κ m),  P = I − n nᵀ,  m = (x − c) − (x₀ − c₀)
+//! tangential  t* = P (λ_T − κ m),  P = I − n nᵀ,  m = β ((x − c) − (x₀ − c₀))
 //!             t = t*                                   sticking: |t*| ≤ μ f_n, or no limit
 //!             t = μ f_n t* / |t*|                      sliding
 //! force       f = f_n n + t,   J = ∂f/∂x               exact, from n and H = ∇n
@@ -10,7 +10,8 @@
 //!
 //! An augmented Lagrangian: the multipliers λ, λ_T take the place of f_n, t again and again until the penetration and
 //! the elastic slip that the penalty κ leaves are below a tolerance. Friction starts each increment at the tangential
-//! force of the last equilibrium, turned into the present tangent plane.
+//! force of the last equilibrium, turned into the present tangent plane; where a point touches for the first time, only the
+//! share β of the increment in which it does so counts as slip.
 //!
 //! Symbols: x place of the point, c translation of the body \[mm\], x₀, c₀ at the last equilibrium; g gap \[mm\], negative
 //! inside; n outward normal of the body; f force on the object \[N\]; κ penalty \[N/mm\]; μ coefficient of friction. The
@@ -33,6 +34,26 @@ pub struct Memory {
     pub place: Vec3,
     /// g₀ \[mm\].
     pub rest_gap_mm: f64,
+    /// Gap at the last equilibrium \[mm\].
+    pub gap_mm: f64,
+    /// Outward normal of the body there.
+    pub normal: Vec3,
+}
+
+impl Memory {
+    /// The share β of an increment in which a point that did not touch at its start does, from the gap and how far the body
+    /// comes towards it; 1 for a point that touched.
+    pub fn touching_share(&self, body_moved: &Vec3) -> f64 {
+        if self.gap_mm <= 0.0 {
+            return 1.0;
+        }
+        let approach = body_moved.dot(&self.normal);
+        if approach > self.gap_mm {
+            1.0 - self.gap_mm / approach
+        } else {
+            0.0
+        }
+    }
 }
 
 /// How a point meets a body.
@@ -70,10 +91,11 @@ pub struct Response {
     pub violation_mm: f64,
 }
 
-/// The response at distance `d` for a relative move `m` \[mm\] since the last equilibrium; κ is `penalty` \[N/mm\].
+/// The response at distance `d` for a relative move \[mm\] since the last equilibrium, of which the share β counts; κ is
+/// `penalty` \[N/mm\].
 pub fn response(
     d: &Distance,
-    moved: &Vec3,
+    (moved, share): (&Vec3, f64),
     memory: &Memory,
     friction: Friction,
     bond: Bond,
@@ -119,17 +141,18 @@ pub fn response(
         _ => coefficient * trial.abs(),
     };
     let plane = Mat3::identity() - n * n.transpose();
-    let pull = memory.tangential_n - moved * penalty;
+    let slip = moved * share;
+    let pull = memory.tangential_n - slip * penalty;
     let wanted = plane * pull;
     // δP = −(δn nᵀ + n δnᵀ) with δn = H δx.
-    let change = plane * -penalty - d.hessian * n.dot(&pull) - n * (d.hessian * pull).transpose();
+    let change = plane * (-penalty * share) - d.hessian * n.dot(&pull) - n * (d.hessian * pull).transpose();
     let size = wanted.norm();
     if size <= limit {
         found.status = Status::Stuck;
         found.tangential_n = wanted;
         found.jacobian += change;
-        found.stiffness += plane * penalty;
-        found.violation_mm = found.violation_mm.max((plane * moved).norm());
+        found.stiffness += plane * (penalty * share);
+        found.violation_mm = found.violation_mm.max((plane * slip).norm());
     } else {
         let along_slip = wanted / size;
         let across = Mat3::identity() - along_slip * along_slip.transpose();
@@ -137,7 +160,7 @@ pub fn response(
         found.status = Status::Sliding;
         found.tangential_n = along_slip * limit;
         found.jacobian += across * change * (limit / size) + along_slip * n.transpose() * rate;
-        found.stiffness += (plane - along_slip * along_slip.transpose()) * (penalty * limit / size);
+        found.stiffness += (plane - along_slip * along_slip.transpose()) * (penalty * share * limit / size);
     }
     found.force += found.tangential_n;
     found
@@ -150,7 +173,7 @@ mod tests {
 
     fn at(x: &Vec3, memory: &Memory, friction: Friction, bond: Bond) -> Response {
         let d = Shape::Sphere { radius_mm: 5.0 }.distance(x);
-        response(&d, &(x - memory.place), memory, friction, bond, 20.0)
+        response(&d, (&(x - memory.place), 0.8), memory, friction, bond, 20.0)
     }
 
     /// Central differences of the force; a step of 1e-6 leaves some 1e-8 of the entries, which are about 20.
@@ -161,6 +184,8 @@ mod tests {
             tangential_n: Vec3::new(0.3, -0.2, 0.1),
             place: Vec3::new(0.5, 0.3, 4.95),
             rest_gap_mm: -0.01,
+            gap_mm: 0.0,
+            normal: Vec3::z(),
         };
         let x = Vec3::new(0.52, 0.27, 4.93);
         let cases = [
@@ -201,6 +226,27 @@ mod tests {
         }
     }
 
+    /// By hand: a gap of 0.1 mm, of which a body that comes 0.4 mm nearer leaves three quarters of the way.
+    #[test]
+    fn a_point_slips_only_once_it_touches() {
+        let memory = Memory {
+            normal_n: 0.0,
+            tangential_n: Vec3::zeros(),
+            place: Vec3::zeros(),
+            rest_gap_mm: 0.0,
+            gap_mm: 0.1,
+            normal: -Vec3::z(),
+        };
+        assert!((memory.touching_share(&(Vec3::z() * -0.4)) - 0.75).abs() < 1e-15);
+        assert_eq!(memory.touching_share(&(Vec3::x() * 5.0)), 0.0);
+        assert_eq!(memory.touching_share(&(Vec3::z() * 0.4)), 0.0);
+        let touching = Memory {
+            gap_mm: 0.0,
+            ..memory
+        };
+        assert_eq!(touching.touching_share(&Vec3::zeros()), 1.0);
+    }
+
     #[test]
     fn sliding_forces_have_the_size_of_the_limit_and_open_points_none() {
         let memory = Memory {
@@ -208,6 +254,8 @@ mod tests {
             tangential_n: Vec3::zeros(),
             place: Vec3::new(-1.0, 0.0, 4.9),
             rest_gap_mm: 0.0,
+            gap_mm: 0.0,
+            normal: Vec3::z(),
         };
         let inside = at(
             &Vec3::new(0.0, 0.0, 4.9),

@@ -10,8 +10,8 @@
 //! | [`body`] | a shape in its place, its friction, how it is driven |
 //! | [`surface`] | the object's contact points |
 //! | [`law`] | force between one point and one body |
-//! | `balance`, `krylov` | residual and linear system |
-//! | [`solve`] | levels, increments, Newton's method |
+//! | `balance`, `system`, `krylov` | residual, Newton's step, unsymmetric systems |
+//! | [`solve`], `moment` | levels, increments, Newton's method |
 //! | [`report`] | options, levels; forces, areas, pressures |
 //!
 //! A simulation is
@@ -31,13 +31,15 @@ pub mod body;
 pub mod field;
 mod krylov;
 pub mod law;
+mod moment;
 pub mod report;
 pub mod shape;
 pub mod solve;
 pub mod surface;
+mod system;
 
 pub use body::{Bond, Drive, Friction, Push, RigidBody};
-pub use report::{BodyContact, ContactCurve, ContactLevel, ContactOptions, Level, PointContact};
+pub use report::{BadContact, BodyContact, ContactCurve, ContactLevel, ContactOptions, Level, PointContact};
 pub use shape::{Pose, Shape};
-pub use solve::{ContactError, ContactSolver};
+pub use solve::ContactSolver;
 pub use surface::Surface;

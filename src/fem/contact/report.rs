@@ -1,9 +1,10 @@
 //! What a simulation with contact is given and answers: options, levels, forces, areas and pressures of every body.
 
-use super::body::Drive;
+use super::body::{BodyError, Drive};
 use super::law::Status;
 use crate::fem::load_curve::{BadOption, Stop, Work};
 use crate::math::Vec3;
+use crate::numerics::cholesky::CholeskyError;
 
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,9 @@ pub struct ContactOptions {
     pub halvings: usize,
     /// Least fill of an integration point whose inversion counts. Default 0.25.
     pub least_fill: f64,
+    /// Springs from every node to where it was at the last equilibrium, as a share of the object's own stiffness: for an
+    /// object that nothing but its contacts holds ([`crate::fem::model::Model::unheld`]), where 1e-6 is enough. Default 0.
+    pub anchor: f64,
 }
 
 impl Default for ContactOptions {
@@ -34,6 +38,7 @@ impl Default for ContactOptions {
             newton_iterations: 60,
             halvings: 8,
             least_fill: 0.25,
+            anchor: 0.0,
         }
     }
 }
@@ -57,9 +62,35 @@ impl ContactOptions {
         within("penetration", self.penetration, 1e-14, 1e-1, small)?;
         within("penalty", self.penalty, 0.1, 1e6, ratio)?;
         within("least_fill", self.least_fill, 0.0, 1.0, "between 0 and 1")?;
+        within("anchor", self.anchor, 0.0, 1e-2, "between 0 and 0.01")?;
         let iterations = self.newton_iterations as f64;
         within("newton_iterations", iterations, 1.0, 1e6, "at least 1")
     }
+}
+
+/// Why a simulation with contact cannot start.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BadContact {
+    /// A body, or where it is wanted.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// An option.
+    #[error(transparent)]
+    Option(#[from] BadOption),
+    /// The matrix does not fit in memory.
+    #[error(transparent)]
+    Cholesky(#[from] CholeskyError),
+    /// The object has no contact points.
+    #[error("no point of the object can touch a rigid body: its surface has no contact points that can move")]
+    NoPoints,
+    /// Loads that are not for this object, or hold no finite numbers.
+    #[error("the load has {found} nodal vectors for {nodes} nodes, or a number that is not finite")]
+    Load {
+        /// How many vectors.
+        found: usize,
+        /// How many nodes.
+        nodes: usize,
+    },
 }
 
 /// What is wanted at one moment of the simulation.

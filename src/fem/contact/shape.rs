@@ -208,6 +208,20 @@ impl Shape {
         }
     }
 
+    /// How deep inside a place can be \[mm\]; infinite for a plane and a shaft. A body that moves half as far at
+    /// a time cannot jump over a point.
+    pub fn depth_mm(&self) -> f64 {
+        match self {
+            Shape::Sphere { radius_mm } => *radius_mm,
+            Shape::Disc { .. } | Shape::Plane => f64::INFINITY,
+            Shape::Cylinder {
+                radius_mm, length_mm, ..
+            } => radius_mm.min(0.5 * length_mm),
+            Shape::Cuboid { size_mm, .. } => 0.5 * size_mm.min(),
+            Shape::Mesh(field) => field.depth_mm(),
+        }
+    }
+
     /// Distance of `x` \[mm\], in the body's frame.
     pub fn distance(&self, x: &Vec3) -> Distance {
         match self {

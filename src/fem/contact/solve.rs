@@ -18,13 +18,15 @@
 
 use super::balance::{Balance, Imbalance, State, Target};
 use super::body::{BodyError, Push, RigidBody};
-use super::report::{BodyContact, ContactCurve, ContactLevel, ContactOptions, Level, PointContact};
+use super::moment::Moment;
+use super::report::{
+    BadContact, BodyContact, ContactCurve, ContactLevel, ContactOptions, Level, PointContact,
+};
 use super::surface::Surface;
 use crate::fem::forces::{Materials, smallest_jacobian};
-use crate::fem::load_curve::{BadOption, Load, Stop, Work};
+use crate::fem::load_curve::{Load, Stop, Work};
 use crate::fem::model::Model;
 use crate::math::Vec3;
-use crate::numerics::cholesky::CholeskyError;
 
 /// Share of the forces below which the multipliers are updated: near enough to balance to know who touches.
 const LOOSE: f64 = 1e-3;
@@ -35,31 +37,6 @@ const LAST_STEP: f64 = 1e-4;
 const TRIES: usize = 10;
 /// Steps on a body's way to the object.
 const APPROACH: usize = 500;
-
-/// Why a simulation with contact cannot start.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ContactError {
-    /// A body, or where it is wanted.
-    #[error(transparent)]
-    Body(#[from] BodyError),
-    /// An option.
-    #[error(transparent)]
-    Option(#[from] BadOption),
-    /// The matrix does not fit in memory.
-    #[error(transparent)]
-    Cholesky(#[from] CholeskyError),
-    /// The object has no contact points.
-    #[error("no point of the object can touch a rigid body: its surface has no contact points that can move")]
-    NoPoints,
-    /// Loads that are not for this object, or hold no finite numbers.
-    #[error("the load has {found} nodal vectors for {nodes} nodes, or a number that is not finite")]
-    Load {
-        /// How many vectors.
-        found: usize,
-        /// How many nodes.
-        nodes: usize,
-    },
-}
 
 /// The solver's memory for one object and its bodies.
 pub struct ContactSolver<'a> {
@@ -83,66 +60,22 @@ struct Path {
     previous: Option<(State, Vec<f64>)>,
 }
 
-/// All drives at one moment.
-#[derive(Clone, Debug)]
-struct Moment {
-    load_factor: f64,
-    push: Vec<Push>,
-    across: Vec<Vec3>,
-}
-
-impl Moment {
-    /// Between two moments with the same kinds of push.
-    fn between(&self, end: &Moment, share: f64) -> Moment {
-        let mix = |a: f64, b: f64| a + (b - a) * share;
-        let push = self.push.iter().zip(&end.push).map(|pair| match pair {
-            (Push::Travel(a), Push::Travel(b)) => Push::Travel(mix(*a, *b)),
-            (Push::Force(a), Push::Force(b)) => Push::Force(mix(*a, *b)),
-            (_, end) => *end,
-        });
-        Moment {
-            load_factor: mix(self.load_factor, end.load_factor),
-            push: push.collect(),
-            across: self
-                .across
-                .iter()
-                .zip(&end.across)
-                .map(|(a, b)| a + (b - a) * share)
-                .collect(),
-        }
-    }
-
-    /// Change of all numbers up to `end`.
-    fn change(&self, end: &Moment) -> Vec<f64> {
-        let value = |p: &Push| match p {
-            Push::Travel(x) | Push::Force(x) => *x,
-        };
-        let mut all = vec![end.load_factor - self.load_factor];
-        all.extend(self.push.iter().zip(&end.push).map(|(a, b)| value(b) - value(a)));
-        all.extend(self.across.iter().zip(&end.across).flat_map(|(a, b)| {
-            let way = b - a;
-            [way.x, way.y, way.z]
-        }));
-        all
-    }
-}
-
 impl<'a> ContactSolver<'a> {
     /// Memory for solves of `model` with contact points `surface` against `bodies`.
     ///
     /// # Errors
-    /// [`ContactError`]: a body out of range, an object without contact points, too large a matrix.
+    /// [`BadContact`]: a body out of range, an object without contact points, too large a matrix.
     pub fn new(
         model: &'a Model,
         surface: &'a Surface,
         bodies: &'a [RigidBody],
-    ) -> Result<ContactSolver<'a>, ContactError> {
+    ) -> Result<ContactSolver<'a>, BadContact> {
         for body in bodies {
             body.check(surface.points.len())?;
         }
         let balance = Balance::new(model, surface, bodies)?;
         if balance.pairs.is_empty() && !bodies.is_empty() {
-            return Err(ContactError::NoPoints);
+            return Err(BadContact::NoPoints);
         }
         Ok(ContactSolver { balance })
     }
@@ -150,7 +83,7 @@ impl<'a> ContactSolver<'a> {
     /// Goes from rest through the `levels`. `load` acts at each level's load factor.
     ///
     /// # Errors
-    /// [`ContactError`]: an option, a drive or a load out of range. Not to arrive is no error: see [`ContactCurve::stop`].
+    /// [`BadContact`]: an option, a drive or a load out of range. Not to arrive is no error: see [`ContactCurve::stop`].
     pub fn curve(
         &mut self,
         materials: &Materials,
@@ -158,10 +91,10 @@ impl<'a> ContactSolver<'a> {
         levels: &[Level],
         options: &ContactOptions,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<ContactCurve, ContactError> {
+    ) -> Result<ContactCurve, BadContact> {
         self.check(load, levels, options)?;
         self.balance.work = Work::default();
-        self.balance.weigh(materials, options.penalty);
+        self.balance.weigh(materials, options);
         let mut path = Path {
             state: self.balance.at_rest(),
             load_factor: 0.0,
@@ -196,7 +129,7 @@ impl<'a> ContactSolver<'a> {
         Ok(curve)
     }
 
-    fn check(&self, load: &Load, levels: &[Level], options: &ContactOptions) -> Result<(), ContactError> {
+    fn check(&self, load: &Load, levels: &[Level], options: &ContactOptions) -> Result<(), BadContact> {
         options.check()?;
         let nodes = self.balance.model.mesh.nodes.len();
         for field in [Some(&load.forces), load.prescribed.as_ref()]
@@ -205,7 +138,7 @@ impl<'a> ContactSolver<'a> {
         {
             if field.len() != nodes || field.iter().any(|v| v.iter().any(|c| !c.is_finite())) {
                 let found = field.len();
-                return Err(ContactError::Load { found, nodes });
+                return Err(BadContact::Load { found, nodes });
             }
         }
         let bodies = self.balance.bodies.len();
@@ -236,8 +169,9 @@ impl<'a> ContactSolver<'a> {
             push: level.drives.iter().map(|d| d.push).collect(),
             across: level.drives.iter().map(|d| d.across_mm).collect(),
         };
-        let least = 0.999 * 0.5f64.powi(run.options.halvings.min(60) as i32);
-        let (mut done, mut increment, mut residual) = (0.0, 1.0_f64, 0.0);
+        let most = self.longest_increment(&start, &end);
+        let least = 0.999 * most * 0.5f64.powi(run.options.halvings.min(60) as i32);
+        let (mut done, mut increment, mut residual) = (0.0, most, 0.0);
         while done < 1.0 {
             if (run.cancelled)() {
                 return (done, Err(Stop::Cancelled));
@@ -256,7 +190,7 @@ impl<'a> ContactSolver<'a> {
                     path.previous = Some((old, from.change(&to)));
                     path.load_factor = to.load_factor;
                     done = share;
-                    increment *= 2.0;
+                    increment = (2.0 * increment).min(most);
                 }
                 Err(stop) => {
                     increment = 0.5 * (share - done);
@@ -270,6 +204,24 @@ impl<'a> ContactSolver<'a> {
             }
         }
         (1.0, Ok(residual))
+    }
+
+    /// The share of the way in which no body can jump over a point of the object.
+    fn longest_increment(&self, start: &Moment, end: &Moment) -> f64 {
+        let mut most = 1.0_f64;
+        for (b, body) in self.balance.bodies.iter().enumerate() {
+            let along = match (start.push[b], end.push[b]) {
+                (Push::Travel(from), Push::Travel(to)) => to - from,
+                _ => 0.0,
+            };
+            let way = (body.direction * along + end.across[b] - start.across[b]).norm();
+            // Beyond its middle a body would push points on, out of its back.
+            let depth = 0.5 * body.shape.depth_mm();
+            if way > depth {
+                most = most.min(depth / way);
+            }
+        }
+        most
     }
 
     /// Where the drives of `level` are now: travels as they are, forces as they act.
@@ -492,7 +444,7 @@ impl ContactSolver<'_> {
         let start = self.balance.slope(step);
         let (mut low, mut low_slope) = (0.0, start);
         let mut high: Option<(f64, f64)> = None;
-        let mut share = 1.0;
+        let mut share = self.balance.longest_share(step);
         let mut best: Option<(State, Imbalance, f64)> = None;
         for _ in 0..TRIES {
             let next = self.balance.moved(state, step, share);

@@ -1,0 +1,3 @@
+//! The iterative solver on the systems that finite elements make.
+
+mod multigrid;
