@@ -498,3 +498,54 @@ fn every_form_of_a_law_can_be_written_in_a_scene() {
         assert!((force + 24.0).abs() < 1e-6, "{law}: {force}");
     }
 }
+
+/// A disc as wide as the bar, without friction, is a press with F = E A ε; a force of 24 N sends it 2 mm down, and a
+/// travel of 2 mm takes 24 N. The floor under the bar carries what the disc pushes.
+#[test]
+fn a_probe_presses_the_bar_against_the_floor() {
+    let bench = bench(false);
+    // The bottom is free to lift off: the floor and a roller at its corners hold it.
+    let scene = format!(
+        "{}[floor]\npoint_mm = [0, 0, 0]\n[[probe]]\nname = \"press\"\nshape = \"disc\"\nradius = \"60 mm\"\n\
+         position_mm = [20, 10, 20]\ndirection = [0, 0, -1]\n\
+         [[load]]\nname = \"travel\"\nlevels = 2\n[[load.push]]\nprobe = \"press\"\ntravel_mm = 2\n\
+         [[load]]\nname = \"force\"\n[[load.push]]\nprobe = \"press\"\nforce_n = [12, 24]\n",
+        ROLLERS
+            .replace(
+                "set = \"bottom\"\ncomponents = \"z\"",
+                "set = \"corner\"\ncomponents = \"z\""
+            )
+            .replace(
+                "[[region]]",
+                "[[set]]\nname = \"corner\"\nbox_mm = [[-1, -1, -1], [1, 1, 1]]\n[[region]]"
+            )
+    );
+    let record = bench.record(&scene);
+    for case in 0..2 {
+        let levels = record["cases"][case]["levels"].as_array().unwrap();
+        assert_eq!(levels.len(), 2);
+        for (level, force, way) in [(&levels[0], 12.0, 1.0), (&levels[1], 24.0, 2.0)] {
+            let [press, floor] = [0, 1].map(|b| &level["bodies"][b]);
+            assert_eq!(
+                (&press["name"], &floor["name"]),
+                (&json!("press"), &json!("floor"))
+            );
+            near(press["force_n"][2].as_f64().unwrap(), -force, 1e-4);
+            near(press["travel_mm"].as_f64().unwrap(), way, 1e-5);
+            let held = support(level, "corner")[2].as_f64().unwrap();
+            near(floor["force_n"][2].as_f64().unwrap() + held, force, 1e-4);
+        }
+        // Half of force times way over two levels of a straight line.
+        near(levels[1]["work_done_mj"].as_f64().unwrap(), 24.0, 1e-3);
+    }
+    let wrong = scene.replace(
+        "probe = \"press\"\ntravel_mm = 2",
+        "probe = \"pres\"\ntravel_mm = 2",
+    );
+    let run = bench.simulate(&wrong, &[]);
+    assert!(
+        run.code == 2 && squeezed(&run).contains("\"press\",\"floor\""),
+        "{}",
+        run.err
+    );
+}

@@ -15,20 +15,22 @@
 //! All are dead loads: areas, normals and volumes are those of the undeformed object, and do not follow it. 1 N is
 //! 1 t mm/s².
 
+use super::super::contact::{Drive, Push};
 use super::super::elements::{Discretisation, gauss_points, trilinear};
 use super::super::equilibrium::Load;
 use super::super::model::Constrained;
 use super::super::scene_text::displacement;
 use super::super::setup::{finite, quantity};
 use super::super::stage::Support;
-use super::VolumeScene;
 use super::sets::find_set;
 use super::text::{LevelsText, LoadText, MoveText, components};
+use super::{VolumeScene, bodies};
 use crate::geometry::boundary::boundary_faces;
 use crate::math::Vec3;
 use crate::units;
 use crate::units::document::Mistake;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use toml::Spanned;
 
 /// More levels of one case than this are refused.
@@ -51,29 +53,47 @@ pub enum Loading {
         /// The whole load of each level.
         levels: Vec<Load>,
     },
+    /// With rigid bodies, one level after the other.
+    Contact {
+        /// The load at a share of 1.
+        load: Load,
+        /// Its shares.
+        shares: Vec<f64>,
+        /// Where the bodies are wanted, `(levels × bodies)`.
+        drives: Vec<Vec<Drive>>,
+    },
+}
+
+/// A list with one entry for each level, and its place in the file.
+#[derive(Clone, Debug)]
+pub struct Waypoints {
+    /// Its place.
+    pub span: Range<usize>,
+    /// How many entries.
+    pub count: usize,
 }
 
 impl Loading {
     /// How many levels there are.
     pub fn levels(&self) -> usize {
         match self {
-            Loading::Proportional { shares, .. } => shares.len(),
+            Loading::Proportional { shares, .. } | Loading::Contact { shares, .. } => shares.len(),
             Loading::Path { levels } => levels.len(),
         }
     }
 
-    /// What a level is called by: its share of the load, or its number on a path from 1.
+    /// What a level is called by: its share of the load; on a path, or with rigid bodies, its number from 1.
     pub fn level(&self, index: usize) -> f64 {
         match self {
             Loading::Proportional { shares, .. } => shares.get(index).copied().unwrap_or(0.0),
-            Loading::Path { .. } => (index + 1) as f64,
+            Loading::Path { .. } | Loading::Contact { .. } => (index + 1) as f64,
         }
     }
 
     /// The external forces at a level, `(nodes)` \[N\].
     pub fn forces(&self, index: usize) -> Vec<Vec3> {
         match self {
-            Loading::Proportional { load, shares } => {
+            Loading::Proportional { load, shares } | Loading::Contact { load, shares, .. } => {
                 let share = shares.get(index).copied().unwrap_or(0.0);
                 load.forces.iter().map(|f| f * share).collect()
             }
@@ -112,12 +132,21 @@ pub fn wire(scene: &VolumeScene, parts: &Discretisation, text: &LoadText) -> Res
         moves.push((own, read_move(scene, own)?));
     }
     let forces = forces(scene, parts, text)?;
-    let waypoints = moves
-        .iter()
-        .filter(|(_, m)| m.is_path)
-        .map(|(own, m)| (own, m.path.len()));
-    let path = longest(scene, waypoints)?;
-    let shares = shares(scene, &text.levels, path)?;
+    let paths = moves.iter().filter(|(_, m)| m.is_path);
+    let moving: Vec<Waypoints> = paths
+        .map(|(own, m)| Waypoints {
+            span: own.set.span(),
+            count: m.path.len(),
+        })
+        .collect();
+    if let (Some(first), false) = (moving.first(), scene.bodies.is_empty()) {
+        let message = "found path_mm in a scene with rigid bodies, expected displacement_mm there";
+        return Err(scene.document.mistake(&first.span, message));
+    }
+    let path = common(scene, moving.iter())?;
+    let listed = bodies::waypoints(text);
+    let count = common(scene, moving.iter().chain(&listed))?;
+    let shares = shares(scene, &text.levels, count)?;
     let mut constrained = vec![[false; 3]; nodes];
     let mut supports = Vec::new();
     for (index, fixed) in scene.fixed.iter().enumerate() {
@@ -155,7 +184,16 @@ pub fn wire(scene: &VolumeScene, parts: &Discretisation, text: &LoadText) -> Res
         forces: forces.iter().map(|f| f * share).collect(),
         prescribed: (!moves.is_empty()).then_some(prescribed),
     };
-    let loading = if path.is_some() {
+    let loading = if !scene.bodies.is_empty() {
+        Loading::Contact {
+            load: load(prescribed.swap_remove(0), 1.0),
+            drives: bodies::drives(scene, text, &shares)?,
+            shares,
+        }
+    } else if let Some(push) = text.push.first() {
+        let message = "found a push, but the scene has no [[probe]] and no [floor]";
+        return Err(scene.document.mistake(&push.probe.span(), message));
+    } else if path.is_some() {
         Loading::Path {
             levels: prescribed
                 .into_iter()
@@ -186,12 +224,16 @@ fn check_load(scene: &VolumeScene, text: &LoadText, loading: &Loading) -> Result
     let nothing = match loading {
         Loading::Proportional { load, .. } => is_nothing(load),
         Loading::Path { levels } => levels.iter().all(is_nothing),
+        Loading::Contact { load, drives, .. } => {
+            let still = |d: &Drive| matches!(d.push, Push::Travel(0.0)) && d.across_mm == Vec3::zeros();
+            is_nothing(load) && drives.iter().flatten().all(still)
+        }
     };
     if !nothing {
         return Ok(());
     }
     let message = format!(
-        "load {:?} does nothing, expected forces_n, gravity_m_s2, [[load.force]], [[load.pressure]] or [[load.move]]",
+        "load {:?} does nothing, expected forces_n, gravity_m_s2, [[load.force]], [[load.pressure]], [[load.move]] or [[load.push]]",
         text.name.get_ref()
     );
     Err(scene.document.mistake(&text.name.span(), message))
@@ -274,22 +316,28 @@ fn read_path(
     Ok(moved)
 }
 
-/// The number of waypoints, which all paths of a case share; `None` without paths.
-fn longest<'a>(
+/// The number of waypoints, which all lists of a case share; `None` without lists.
+fn common<'a>(
     scene: &VolumeScene,
-    paths: impl Iterator<Item = (&'a &'a MoveText, usize)>,
+    mut lists: impl Iterator<Item = &'a Waypoints>,
 ) -> Result<Option<usize>, Mistake> {
-    let mut common = None;
-    for (own, length) in paths {
-        if common.is_some_and(|c| c != length) {
-            let message = format!(
-                "found a path of {length} waypoints beside one of another length, expected equally many"
-            );
-            return Err(scene.document.mistake(&own.set.span(), message));
-        }
-        common = Some(length);
+    let Some(first) = lists.next() else {
+        return Ok(None);
+    };
+    if let Some(other) = lists.find(|l| l.count != first.count) {
+        let message = format!(
+            "found a list of {} levels beside one of {}, expected equally many",
+            other.count, first.count
+        );
+        return Err(scene.document.mistake(&other.span, message));
     }
-    Ok(common)
+    if first.count == 0 {
+        return Err(scene.document.mistake(
+            &first.span,
+            "found an empty list, expected one entry for each level",
+        ));
+    }
+    Ok(Some(first.count))
 }
 
 /// The shares of the load, one a level.
@@ -314,7 +362,7 @@ fn shares(
     if let Some(count) = path {
         if shares.len() != count || shares.iter().any(|s| !s.is_finite()) {
             return fail(format!(
-                "found {} levels beside paths of {count} waypoints, expected as many finite shares of the other loads",
+                "found {} levels beside lists of {count}, expected as many finite shares of the other loads",
                 shares.len()
             ));
         }

@@ -2,15 +2,17 @@
 //! of forces, pressures, gravity and prescribed displacements.
 //!
 //! Rooms: [`text`] (the file as people write it), [`sets`] (mesh, sets of nodes, regions of elements), [`loads`] (from
-//! words to nodal forces and displacements), [`stage`] (the cases, simulated), [`record`] (what that leaves behind).
+//! words to nodal forces and displacements), [`bodies`] (probes and the floor), [`stage`] (the cases, simulated), [`record`] (what that leaves behind).
 //! Everything is read and checked here, before anything is simulated.
 
+pub mod bodies;
 pub mod loads;
 pub mod record;
 pub mod sets;
 pub mod stage;
 pub mod text;
 
+use self::bodies::NamedBody;
 use self::sets::NodeSet;
 use self::text::{FixedText, LoadText, OutputText, VolumeSceneText};
 use super::elements::VolumetricStrain;
@@ -75,6 +77,10 @@ pub struct VolumeScene {
     pub region_of: Vec<u16>,
     /// What holds it.
     pub fixed: Vec<Spanned<FixedText>>,
+    /// Rigid bodies that meet it.
+    pub bodies: Vec<NamedBody>,
+    /// For each body the set of nodes that slides on it without coming off, `(bodies)`.
+    pub holds: Vec<Option<Spanned<String>>>,
     /// What is done to it.
     pub loads: Vec<LoadText>,
     /// Points to report \[mm\], each with its element.
@@ -113,6 +119,7 @@ impl VolumeScene {
         let regions = regions(&document, &text, &mut shelf, &region_of)?;
         let materials = shelf.taken;
         let points = points(&document, &text.output, &file)?;
+        let bodies = bodies::read_bodies(&document, &text)?;
         let own_name = || {
             document
                 .file
@@ -128,6 +135,12 @@ impl VolumeScene {
             regions,
             region_of,
             fixed: text.fixed,
+            holds: bodies
+                .iter()
+                .zip(text.probe.iter().map(|p| Some(p.holds.clone())).chain([None]))
+                .map(|(_, h)| h.flatten())
+                .collect(),
+            bodies,
             loads: text.load.into_inner(),
             points,
             strains,

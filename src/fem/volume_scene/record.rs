@@ -1,6 +1,7 @@
 //! What a simulation on a volume mesh leaves behind: the record of each case in `simulated.json`, and VTU files of every
 //! level for ParaView with a PVD that strings them together.
 
+use super::super::contact::{BodyContact, PointContact};
 use super::super::equilibrium::{Stop, Work};
 use super::super::forces::PointFields;
 use super::super::scene_record::{ElementFields, WORTH_A_WARNING, share_outside, six};
@@ -39,7 +40,7 @@ pub struct VolumeCaseRecord {
 /// One level of a case.
 #[derive(Clone, Debug, Serialize)]
 pub struct LevelRecord {
-    /// Share of the load, or the number of the level on a path from 1.
+    /// Share of the load; on a path, or with rigid bodies, the number of the level from 1.
     pub level: f64,
     /// Displacement of every node, `(nodes × 3)` \[mm\].
     pub displacements_mm: Vec<[f64; 3]>,
@@ -49,11 +50,13 @@ pub struct LevelRecord {
     pub sets: Vec<SetRecord>,
     /// Forces of the supports on the object.
     pub supports: Vec<SupportRecord>,
+    /// What the rigid bodies do.
+    pub bodies: Vec<BodyRecord>,
     /// Force of the supports on each node that they hold.
     pub reactions: Vec<ReactionNode>,
     /// Sum of the external forces, those on held nodes included \[N\].
     pub external_force_n: [f64; 3],
-    /// Work of the external forces and of the supports that move, from rest \[mJ\].
+    /// Work done on the object from rest \[mJ\]: of external forces, supports that move and rigid bodies.
     pub work_done_mj: f64,
     /// Energy that the object holds \[mJ\]; none where a law has none.
     pub stored_energy_mj: Option<f64>,
@@ -100,6 +103,64 @@ pub struct SupportRecord {
     pub nodes: usize,
     /// Its force on the object \[N\].
     pub force_n: [f64; 3],
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, Serialize)]
+pub struct BodyRecord {
+    /// Its name.
+    pub name: String,
+    /// Its travel along its direction \[mm\].
+    pub travel_mm: f64,
+    /// Its whole way from the start \[mm\].
+    pub translation_mm: [f64; 3],
+    /// Its force on the object \[N\].
+    pub force_n: [f64; 3],
+    /// Its moment on the object about its own position \[N mm\].
+    pub moment_n_mm: [f64; 3],
+    /// Deformed area of the points that touch \[mm²\].
+    pub area_mm2: f64,
+    /// Normal force over area \[MPa\].
+    pub mean_pressure_mpa: f64,
+    /// Largest pressure of a point \[MPa\].
+    pub largest_pressure_mpa: f64,
+    /// Deepest penetration of a point \[mm\].
+    pub penetration_mm: f64,
+    /// The points that touch.
+    pub points: Vec<BodyPoint>,
+}
+
+/// A point that touches.
+#[derive(Clone, Debug, Serialize)]
+pub struct BodyPoint {
+    /// Where it is \[mm\].
+    pub place_mm: [f64; 3],
+    /// Force on the object there \[N\].
+    pub force_n: [f64; 3],
+    /// Normal force over deformed area \[MPa\].
+    pub pressure_mpa: f64,
+}
+
+impl BodyRecord {
+    fn new(name: &str, body: &BodyContact) -> BodyRecord {
+        let point = |p: &PointContact| BodyPoint {
+            place_mm: p.place.into(),
+            force_n: p.force_n.into(),
+            pressure_mpa: p.pressure_mpa,
+        };
+        BodyRecord {
+            name: name.to_string(),
+            travel_mm: body.travel_mm,
+            translation_mm: body.translation_mm.into(),
+            force_n: body.force_n.into(),
+            moment_n_mm: body.moment_n_mm.into(),
+            area_mm2: body.area_mm2,
+            mean_pressure_mpa: body.mean_pressure_mpa(),
+            largest_pressure_mpa: body.largest_pressure_mpa(),
+            penetration_mm: body.penetration_mm,
+            points: body.points.iter().map(point).collect(),
+        }
+    }
 }
 
 /// A held node.
@@ -206,6 +267,7 @@ fn level(
     full: bool,
 ) -> LevelRecord {
     let (u, reactions) = (&outcome.levels[k], &outcome.reactions[k]);
+    let bodies = outcome.bodies.get(k).map_or(&[][..], Vec::as_slice);
     let means = &fields.elements;
     let points = scene.points.iter().map(|(place, location)| VolumePointRecord {
         place_mm: (*place).into(),
@@ -245,6 +307,12 @@ fn level(
         points: points.collect(),
         sets: sets.collect(),
         supports: supports.collect(),
+        bodies: scene
+            .bodies
+            .iter()
+            .zip(bodies)
+            .map(|(named, b)| BodyRecord::new(&named.name, b))
+            .collect(),
         reactions: held
             .map(|(n, _)| ReactionNode {
                 node: scene.file.node_numbers[n],

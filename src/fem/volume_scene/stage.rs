@@ -3,13 +3,16 @@
 //! A case in proportion is one load curve. On a path each level is a load of its own and is reached from rest: materials
 //! here are elastic, so an equilibrium does not depend on the way to it as long as there is one alone.
 
+use super::super::contact::{
+    BodyContact, ContactError, ContactOptions, ContactSolver, Level, RigidBody, Surface,
+};
 use super::super::elements::Discretisation;
 use super::super::equilibrium::{Curve, Load, Options, Solver, Stop, Work};
-use super::super::forces::{Materials, PointFields, point_fields};
+use super::super::forces::{Materials, PointFields, add_internal_forces, point_fields};
 use super::super::model::{Constrained, Model, ModelError};
 use super::super::stage::{Support, stepped};
-use super::VolumeScene;
 use super::loads::{Loading, Wired, wire};
+use super::{VolumeScene, bodies};
 use crate::material::law::Law;
 use crate::math::Vec3;
 use crate::numerics::cholesky::CholeskyError;
@@ -51,6 +54,8 @@ pub struct VolumeCase {
 pub struct VolumeStage {
     /// The cases.
     pub cases: Vec<VolumeCase>,
+    bodies: Vec<RigidBody>,
+    surface: Surface,
     laws: Vec<Law>,
     region_of_point: Vec<u16>,
 }
@@ -62,8 +67,10 @@ pub struct VolumeOutcome {
     pub levels: Vec<Vec<Vec3>>,
     /// Force of the supports on each node at every level, `(levels × nodes)` \[N\]; zero where nothing is held.
     pub reactions: Vec<Vec<Vec3>>,
-    /// Work of the external forces and of the supports that move, from rest to each level \[mJ\], by the trapezoidal rule
-    /// over the levels.
+    /// What each rigid body does at every level, `(levels × bodies)`.
+    pub bodies: Vec<Vec<BodyContact>>,
+    /// Work done on the object from rest to each level \[mJ\]: of the external forces, of the supports that move and of the
+    /// rigid bodies; by the trapezoidal rule over the levels.
     pub work_done: Vec<f64>,
     /// Why it ended.
     pub stop: Stop,
@@ -116,8 +123,11 @@ impl VolumeStage {
         }
         let n = parts.points_per_element();
         let region_of_point = scene.region_of.iter().flat_map(|&r| vec![r; n]).collect();
+        let surface = Surface::of_mesh(&scene.file.mesh);
         Ok(VolumeStage {
             cases,
+            bodies: bodies::hold(scene, &surface)?,
+            surface,
             laws: scene.regions.iter().map(|r| r.law.clone()).collect(),
             region_of_point,
         })
@@ -127,17 +137,67 @@ impl VolumeStage {
     /// number of threads.
     ///
     /// # Errors
-    /// [`CholeskyError::OutOfMemory`].
+    /// [`ContactError`]: out of memory; a rigid body out of range, or nothing that it can touch.
     pub fn simulate(
         &self,
         options: &Options,
         steps: usize,
         cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Vec<VolumeOutcome>, CholeskyError> {
+    ) -> Result<Vec<VolumeOutcome>, ContactError> {
         let laws: Vec<&Law> = self.laws.iter().collect();
         let materials = self.materials(&laws);
-        let one = |case: &VolumeCase| simulate_case(case, &materials, options, steps, cancelled);
+        let one = |case: &VolumeCase| match &case.loading {
+            Loading::Proportional { load, shares } => Ok(without_bodies(case, &materials, |solver| {
+                proportional(solver, &materials, load, shares, options, steps, cancelled)
+            })?),
+            Loading::Path { levels } => Ok(without_bodies(case, &materials, |solver| {
+                path(solver, &materials, levels, options, steps, cancelled)
+            })?),
+            Loading::Contact { load, shares, drives } => {
+                let levels = shares.iter().zip(drives).map(|(share, drives)| Level {
+                    load_factor: *share,
+                    drives: drives.clone(),
+                });
+                let levels: Vec<Level> = levels.collect();
+                self.with_bodies(case, &materials, load, &levels, options, cancelled)
+            }
+        };
         self.cases.par_iter().map(one).collect()
+    }
+
+    fn with_bodies(
+        &self,
+        case: &VolumeCase,
+        materials: &Materials,
+        load: &Load,
+        levels: &[Level],
+        options: &Options,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<VolumeOutcome, ContactError> {
+        let options = ContactOptions {
+            tolerance: options.tolerance,
+            ..ContactOptions::default()
+        };
+        let mut solver = ContactSolver::new(&case.model, &self.surface, &self.bodies)?;
+        let curve = solver.curve(materials, load, levels, &options, &|| cancelled())?;
+        let mut outcome = VolumeOutcome {
+            levels: Vec::new(),
+            reactions: Vec::new(),
+            bodies: Vec::new(),
+            work_done: Vec::new(),
+            stop: curve.stop,
+            reached: curve.reached / levels.len().max(1) as f64,
+            residual: curve.levels.last().map_or(0.0, |l| l.residual),
+            work: curve.work,
+        };
+        for (level, wanted) in curve.levels.into_iter().zip(levels) {
+            let reactions = solver.reactions(&level, wanted.load_factor, materials, load);
+            outcome.reactions.push(reactions);
+            outcome.levels.push(level.displacements);
+            outcome.bodies.push(level.bodies);
+        }
+        outcome.work_done = work_done(case, materials, &outcome.levels);
+        Ok(outcome)
     }
 
     fn materials<'a>(&'a self, laws: &'a [&'a Law]) -> Materials<'a> {
@@ -164,56 +224,68 @@ impl VolumeStage {
     }
 }
 
-fn simulate_case(
+fn without_bodies(
     case: &VolumeCase,
     materials: &Materials,
-    options: &Options,
-    steps: usize,
-    cancelled: &(dyn Fn() -> bool + Sync),
+    solve: impl FnOnce(&mut Solver) -> Curve,
 ) -> Result<VolumeOutcome, CholeskyError> {
     let mut solver = Solver::new(&case.model)?;
     match solver.start(materials) {
         Ok(()) | Err(CholeskyError::NotPositiveDefinite { .. }) => {}
         Err(other) => return Err(other),
     }
-    let curve = match &case.loading {
-        Loading::Proportional { load, shares } => {
-            let factors = stepped(shares, steps);
-            let mut curve = solver.curve(materials, load, &factors, options, cancelled);
-            let mut index = 0;
-            curve.levels.retain(|_| {
-                index += 1;
-                index % steps == 0
-            });
-            curve
-        }
-        Loading::Path { levels } => path(&mut solver, materials, levels, options, steps, cancelled),
-    };
-    let mut outcome = VolumeOutcome {
-        reactions: Vec::new(),
-        work_done: Vec::new(),
+    let curve = solve(&mut solver);
+    let reactions = curve.levels.iter().enumerate();
+    let reactions = reactions
+        .map(|(k, u)| solver.reactions(u, materials, &case.loading.forces(k)))
+        .collect();
+    Ok(VolumeOutcome {
+        reactions,
+        bodies: Vec::new(),
+        work_done: work_done(case, materials, &curve.levels),
         levels: curve.levels,
         stop: curve.stop,
         reached: curve.reached,
         residual: curve.residual,
         work: curve.work,
-    };
-    let nodes = case.model.mesh.nodes.len();
-    let rest = vec![Vec3::zeros(); nodes];
-    let (mut before, mut pushed, mut done) = (&rest, rest.clone(), 0.0);
-    for (k, u) in outcome.levels.iter().enumerate() {
-        let external = case.loading.forces(k);
-        let reactions = solver.reactions(u, materials, &external);
-        // Forces on held components do no work: those do not move, or the support carries them.
-        let push: Vec<Vec3> = external.iter().zip(&reactions).map(|(f, r)| f + r).collect();
+    })
+}
+
+/// Work done on the object, from rest to each level \[mJ\]: in equilibrium the internal forces are what pushes on each node,
+/// whoever does. By the trapezoidal rule over the levels.
+fn work_done(case: &VolumeCase, materials: &Materials, levels: &[Vec<Vec3>]) -> Vec<f64> {
+    let rest = vec![Vec3::zeros(); case.model.mesh.nodes.len()];
+    let (mut before, mut pushed, mut sum) = (&rest, rest.clone(), 0.0);
+    let mut done = Vec::new();
+    for u in levels {
+        let mut push = vec![Vec3::zeros(); rest.len()];
+        add_internal_forces(&case.model.parts, u, materials, &mut push);
         for ((u, b), (f, p)) in u.iter().zip(before).zip(push.iter().zip(&pushed)) {
-            done += 0.5 * (f + p).dot(&(u - b));
+            sum += 0.5 * (f + p).dot(&(u - b));
         }
-        outcome.work_done.push(done);
-        outcome.reactions.push(reactions);
+        done.push(sum);
         (before, pushed) = (u, push);
     }
-    Ok(outcome)
+    done
+}
+
+/// One load curve, of which the levels asked for are kept.
+fn proportional(
+    solver: &mut Solver,
+    materials: &Materials,
+    load: &Load,
+    shares: &[f64],
+    options: &Options,
+    steps: usize,
+    cancelled: &dyn Fn() -> bool,
+) -> Curve {
+    let mut curve = solver.curve(materials, load, &stepped(shares, steps), options, cancelled);
+    let mut index = 0;
+    curve.levels.retain(|_| {
+        index += 1;
+        index % steps == 0
+    });
+    curve
 }
 
 /// Each level of a path from rest.

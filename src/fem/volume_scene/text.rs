@@ -30,6 +30,11 @@ pub struct VolumeSceneText {
     /// What holds the object in every case.
     #[serde(default)]
     pub fixed: Vec<Spanned<FixedText>>,
+    /// Rigid bodies that meet the object, in every case.
+    #[serde(default)]
+    pub probe: Vec<ProbeText>,
+    /// A flat floor, in every case.
+    pub floor: Option<Spanned<FloorText>>,
     /// What is done to it, each a case of its own.
     pub load: Spanned<Vec<LoadText>>,
     /// How to solve.
@@ -127,6 +132,89 @@ pub struct LoadText {
     /// Displacements.
     #[serde(default, rename = "move")]
     pub moves: Vec<MoveText>,
+    /// Where probes go, or how they press.
+    #[serde(default)]
+    pub push: Vec<PushText>,
+}
+
+/// `[[load.push]]`: a probe that travels along its direction, or is pressed along it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PushText {
+    /// Name of the probe, or "floor".
+    pub probe: Spanned<String>,
+    /// Its travel \[mm\]: one number, which grows with the load, or a list of one for each level.
+    pub travel_mm: Option<Spanned<NumbersText>>,
+    /// The force that presses it \[N\], likewise.
+    pub force_n: Option<Spanned<NumbersText>>,
+    /// A way in addition \[mm\], which grows with the load.
+    pub across_mm: Option<Spanned<[f64; 3]>>,
+}
+
+/// One number, or one for each level.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum NumbersText {
+    /// At a share of 1.
+    One(f64),
+    /// At each level.
+    List(Vec<f64>),
+}
+
+/// `friction`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum FrictionText {
+    /// Coulomb's coefficient.
+    Coefficient(f64),
+    /// "none" or "sticking".
+    Word(String),
+}
+
+/// `[[probe]]`: a rigid body.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeText {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// "sphere", "disc", "cylinder", "box" or "mesh".
+    pub shape: Spanned<String>,
+    /// Radius, with unit.
+    pub radius: Option<Spanned<String>>,
+    /// Whole length of a cylinder, with unit.
+    pub length: Option<Spanned<String>>,
+    /// Extents of a box \[mm\].
+    pub size_mm: Option<Spanned<[f64; 3]>>,
+    /// Radius of rounded edges, with unit; 0 if absent.
+    pub edge: Option<Spanned<String>>,
+    /// A closed surface.
+    pub mesh: Option<Spanned<String>>,
+    /// Unit of its numbers.
+    pub unit: Option<Spanned<String>>,
+    /// Where it starts \[mm\]: its middle, of a disc the middle of its face, of a mesh its offset.
+    pub position_mm: Spanned<[f64; 3]>,
+    /// Which way it is pushed.
+    pub direction: Spanned<[f64; 3]>,
+    /// The axis of a cylinder or box, or which way a disc's face looks.
+    pub axis: Option<Spanned<[f64; 3]>>,
+    /// The x axis of a box.
+    pub across: Option<Spanned<[f64; 3]>>,
+    /// What resists sliding; nothing if absent.
+    pub friction: Option<Spanned<FrictionText>>,
+    /// A set of nodes that stay on it and slide.
+    pub holds: Option<Spanned<String>>,
+}
+
+/// `[floor]`: a plane.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FloorText {
+    /// A point of it \[mm\].
+    pub point_mm: Spanned<[f64; 3]>,
+    /// Which way it looks; z if absent.
+    pub normal: Option<Spanned<[f64; 3]>>,
+    /// What resists sliding; nothing if absent.
+    pub friction: Option<Spanned<FrictionText>>,
 }
 
 /// `levels`.
