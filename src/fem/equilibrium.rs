@@ -31,9 +31,9 @@ use crate::numerics::linear_solver::LinearSolver;
 pub use super::load_curve::{BadOption, Curve, Load, NewtonMatrix, Options, Stop, Work};
 
 /// Iterations that Anderson's method remembers.
-const DEPTH: usize = 6;
+const DEPTH: usize = 12;
 /// Iterations after which a factor has become a poor guide.
-const REFRESH: usize = 12;
+const REFRESH: usize = 16;
 /// Iterations without a new best after which Newton takes over.
 const PATIENCE: usize = 8;
 
@@ -74,10 +74,14 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// [`CholeskyError::OutOfMemory`].
     pub fn new(model: &'a Model) -> Result<Solver<'a>, CholeskyError> {
+        /// The accelerated iteration makes up for what an iterative solver leaves: its residual is exact.
+        const ACCURACY_AT_REST: f64 = 1e-4;
         let n = model.unknowns();
+        let mut rest = LinearSolver::new(model.symbolic().clone())?;
+        rest.set_tolerance(ACCURACY_AT_REST);
         Ok(Solver {
             model,
-            rest: linear_solver(model)?,
+            rest,
             newton: None,
             values: vec![0.0; model.symbolic().pattern().rows.len()],
             skew: Vec::new(),
@@ -118,6 +122,7 @@ impl<'a> Solver<'a> {
         };
         // A factor of an earlier curve would make the answer depend on what was solved before.
         self.is_refreshed = false;
+        self.memory.restart();
         let mut path = Path::at_rest(self.model.mesh.nodes.len());
         let mut curve = Curve {
             levels: Vec::new(),
@@ -331,7 +336,8 @@ impl<'a> Solver<'a> {
         cancelled: &dyn Fn() -> bool,
     ) -> Option<f64> {
         let (mut best, mut best_at, mut since_factor) = (f64::INFINITY, 0, 0);
-        self.memory.restart();
+        // The load enters the residual as a constant: what the last level taught about its slope holds.
+        self.memory.carry_on();
         self.model.gather(u, &mut self.unknowns);
         for iteration in 0..options.accelerated_iterations {
             let found = self.imbalance(u, materials);
@@ -373,7 +379,7 @@ impl<'a> Solver<'a> {
     /// Factorises the secant matrix at `u` for the iterations to come.
     fn refresh(&mut self, u: &[Vec3], materials: &Materials) -> bool {
         if self.newton.is_none() {
-            self.newton = linear_solver(self.model).ok();
+            self.newton = LinearSolver::new(self.model.symbolic().clone()).ok();
         }
         self.is_refreshed = self.factorise_at(u, materials, Kind::Secant);
         self.memory.restart();
@@ -391,15 +397,6 @@ impl<'a> Solver<'a> {
         }
         forces
     }
-}
-
-/// A solver by the size of the model. An iterative one need not be exact: the residual that it is given is, so what it
-/// leaves is made up for in the next iteration.
-pub(super) fn linear_solver(model: &Model) -> Result<LinearSolver, CholeskyError> {
-    const TOLERANCE: f64 = 1e-4;
-    let mut solver = LinearSolver::new(model.symbolic().clone())?;
-    solver.set_tolerance(TOLERANCE);
-    Ok(solver)
 }
 
 /// The equilibria met so far.

@@ -126,7 +126,11 @@ pub(super) fn laws_of<'a, const N: usize>(batch: &Batch<N>, materials: &Material
 
 /// F in the lanes of a batch; the identity where there is no point.
 #[inline(always)]
-fn deformation_gradients<const N: usize>(block: &Block<N>, batch: &Batch<N>, u: &[Vec3]) -> Matrices {
+pub(super) fn deformation_gradients<const N: usize>(
+    block: &Block<N>,
+    batch: &Batch<N>,
+    u: &[Vec3],
+) -> Matrices {
     let mut f = [[ZERO; 3]; 3];
     for (i, row) in f.iter_mut().enumerate() {
         row[i] = [1.0; BATCH];
@@ -167,7 +171,7 @@ fn add_products(f: &mut Matrices, u: &[Lanes; 3], g: &[Lanes; 3]) {
 
 /// Adds P ∇N_a at every point to the forces of its nodes; `piola` carries the points' volumes.
 #[inline(always)]
-fn add_nodal_forces<const N: usize>(
+pub(super) fn add_nodal_forces<const N: usize>(
     block: &Block<N>,
     batch: &Batch<N>,
     piola: &Matrices,

@@ -23,6 +23,7 @@ pub mod rig;
 pub mod scene;
 pub mod scene_record;
 pub mod scene_text;
+pub mod sensitivity;
 pub mod setup;
 pub mod stage;
 pub mod stiffness;

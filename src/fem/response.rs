@@ -347,6 +347,22 @@ pub(super) fn states(
     laws: &Laws,
     volumetric: VolumetricStrain,
 ) -> [State; BATCH] {
+    let mut states = strained(f, weight, laws, volumetric);
+    let stresses = std::array::from_fn(|l| match weight[l] > 0.0 {
+        true => laws.at(l).stress(&states[l].strain),
+        false => Mandel::zeros(),
+    });
+    put_stress(&mut states, weight, laws, volumetric, &stresses);
+    states
+}
+
+/// Rotation, stretch and the strain that the law is shown, in every lane; stresses are not known yet.
+pub(super) fn strained(
+    f: &Matrices,
+    weight: &Lanes,
+    laws: &Laws,
+    volumetric: VolumetricStrain,
+) -> [State; BATCH] {
     let r = rotations(f);
     let u = stretches(&r, f);
     let mut states = [State::NONE; BATCH];
@@ -354,12 +370,29 @@ pub(super) fn states(
         states[l].rotation = extract(&r, l);
         states[l].stretch = extract(&u, l);
     }
+    let means = Means::over(weight.iter(), states.iter().map(|s| &s.stretch));
+    for (l, state) in states.iter_mut().enumerate().filter(|(l, _)| weight[*l] > 0.0) {
+        state.strain = match volumetric {
+            VolumetricStrain::Shared => means.shown(&state.stretch, laws.at(l).volumetric()),
+            VolumetricStrain::Pointwise => strain_of(&state.stretch),
+        };
+    }
+    states
+}
+
+/// T' + \[v\]× where the laws answer `stresses`, `(8)`: linear in them.
+pub(super) fn put_stress(
+    states: &mut [State; BATCH],
+    weight: &Lanes,
+    laws: &Laws,
+    volumetric: VolumetricStrain,
+    stresses: &[Mandel; BATCH],
+) {
     if volumetric == VolumetricStrain::Shared {
-        shared(&mut states, weight, laws);
+        share(states, weight, laws, stresses);
     } else {
-        for (l, state) in states.iter_mut().enumerate().filter(|(l, _)| weight[*l] > 0.0) {
-            state.strain = strain_of(&state.stretch);
-            state.stress = mandel::to_tensor(&laws.at(l).stress(&state.strain));
+        for (state, t) in states.iter_mut().zip(stresses) {
+            state.stress = mandel::to_tensor(t);
         }
     }
     for (l, state) in states.iter_mut().enumerate() {
@@ -367,11 +400,10 @@ pub(super) fn states(
             state.stress += rotation_stress(&state.stretch, &state.stress);
         }
     }
-    states
 }
 
-/// Strains and stresses where the points share their volumetric strain.
-fn shared(states: &mut [State; BATCH], weight: &Lanes, laws: &Laws) {
+/// T' where the points share their volumetric strain.
+fn share(states: &mut [State; BATCH], weight: &Lanes, laws: &Laws, stresses: &[Mandel; BATCH]) {
     let means = Means::over(weight.iter(), states.iter().map(|s| &s.stretch));
     if means.volume <= 0.0 {
         return;
@@ -379,10 +411,8 @@ fn shared(states: &mut [State; BATCH], weight: &Lanes, laws: &Laws) {
     // p̄ of the laws that bound the trace and of those that bound J.
     let mut pressure = [0.0; 2];
     for (l, state) in states.iter_mut().enumerate().filter(|(l, _)| weight[*l] > 0.0) {
-        let measure = laws.at(l).volumetric();
-        state.strain = means.shown(&state.stretch, measure);
-        let t = mandel::to_tensor(&laws.at(l).stress(&state.strain));
-        match measure {
+        let t = mandel::to_tensor(&stresses[l]);
+        match laws.at(l).volumetric() {
             Volumetric::Trace => {
                 let p = t.trace() / 3.0;
                 pressure[0] += weight[l] * p;
@@ -398,8 +428,7 @@ fn shared(states: &mut [State; BATCH], weight: &Lanes, laws: &Laws) {
         }
     }
     let [of_trace, of_jacobian] = pressure.map(|p| p / means.volume);
-    for (l, state) in states.iter_mut().enumerate().filter(|(l, _)| weight[*l] > 0.0) {
-        debug_assert!(weight[l] > 0.0);
+    for (_, state) in states.iter_mut().enumerate().filter(|(l, _)| weight[*l] > 0.0) {
         state.stress += Mat3::from_diagonal_element(of_trace);
         if of_jacobian != 0.0 {
             state.stress += cofactor(&state.stretch) * of_jacobian;

@@ -365,41 +365,84 @@ fn add_point<const N: usize>(block: &Block<N>, point: &Local<N>, kind: Kind, siz
     }
 }
 
-/// The map RᵀδF → RᵀδP.
+/// The map RᵀδF → RᵀδP: C' of its symmetric part, and for each of the three axes of its skew part what a spin does,
+/// `Ω (T' + [v]×) − C' sym(Ω U)`, for only the skew part turns R.
 fn unrotated<const N: usize>(point: &Local<N>, kind: Kind) -> Moduli9 {
     let mut map = [[0.0; 9]; 9];
+    for (row, entries) in map.iter_mut().enumerate() {
+        let (m, by_row) = MANDEL_PLACE[row];
+        for (column, entry) in entries.iter_mut().enumerate() {
+            let (n, by_column) = MANDEL_PLACE[column];
+            *entry = by_row * by_column * point.moduli[(m, n)];
+        }
+    }
+    if kind == Kind::Secant {
+        return map;
+    }
     let to_spin = spin_matrix(&point.stretch)
         .try_inverse()
         .unwrap_or_else(Mat3::zeros);
-    let turns = kind == Kind::Tangent && point.law.turns_stress();
-    let skew = if turns {
-        to_spin * twice_axial(&(point.stretch * point.stress))
-    } else {
-        Vec3::zeros()
-    };
-    let whole = point.stress + skew.cross_matrix();
-    for column in 0..9 {
-        let mut pulled = Mat3::zeros();
-        pulled[(column / 3, column % 3)] = 1.0;
-        let mut change = Mat3::zeros();
-        if kind == Kind::Tangent {
-            let spin = (to_spin * twice_axial(&pulled)).cross_matrix();
-            pulled -= spin * point.stretch;
-            change = spin * whole;
+    if point.law.turns_stress() {
+        add_turned_stress(point, &to_spin, &mut map);
+    }
+    for axis in 0..3 {
+        let spin = to_spin.column(axis).into_owned().cross_matrix();
+        let whole = if point.law.turns_stress() {
+            point.stress + rotation_stress(&point.stretch, &point.stress)
+        } else {
+            point.stress
+        };
+        let stretched = mandel::from_tensor(&(spin * point.stretch));
+        let mut change = spin * whole - mandel::to_tensor(&(point.moduli * stretched));
+        if point.law.turns_stress() {
+            change -= turned_stress(point, &to_spin, &mandel::to_tensor(&stretched));
         }
-        let stretch_change = mandel::from_tensor(&pulled);
-        let stress_change = mandel::to_tensor(&(point.moduli * stretch_change));
-        change += stress_change;
-        if turns {
-            let du = mandel::to_tensor(&stretch_change);
-            let axial = twice_axial(&(du * point.stress + point.stretch * stress_change));
-            change += (to_spin * (axial - spin_matrix(&du) * skew)).cross_matrix();
-        }
+        // The axis' component of axial(RᵀδF): A₂₁ − A₁₂ and so on round.
+        let (i, j) = ((axis + 2) % 3, (axis + 1) % 3);
         for (row, entries) in map.iter_mut().enumerate() {
-            entries[column] = change[(row / 3, row % 3)];
+            let entry = change[(row / 3, row % 3)];
+            entries[3 * i + j] += entry;
+            entries[3 * j + i] -= entry;
         }
     }
     map
+}
+
+/// The place in Mandel notation of each pair (row, column), and what a tensor's component there is of the 6-vector's.
+const MANDEL_PLACE: [(usize, f64); 9] = {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    [
+        (0, 1.0),
+        (5, half),
+        (4, half),
+        (5, half),
+        (1, 1.0),
+        (3, half),
+        (4, half),
+        (3, half),
+        (2, 1.0),
+    ]
+};
+
+/// Adds the change of \[v\]× with the symmetric part of RᵀδF.
+fn add_turned_stress<const N: usize>(point: &Local<N>, to_spin: &Mat3, map: &mut Moduli9) {
+    for column in 0..9 {
+        let mut unit = Mat3::zeros();
+        unit[(column / 3, column % 3)] += 0.5;
+        unit[(column % 3, column / 3)] += 0.5;
+        let change = turned_stress(point, to_spin, &unit);
+        for (row, entries) in map.iter_mut().enumerate() {
+            entries[column] += change[(row / 3, row % 3)];
+        }
+    }
+}
+
+/// The change of \[v\]× as U changes by `du`: `(tr(U) I − U) δv = axial(δU T' + U δT') − (tr(δU) I − δU) v`.
+fn turned_stress<const N: usize>(point: &Local<N>, to_spin: &Mat3, du: &Mat3) -> Mat3 {
+    let dt = mandel::to_tensor(&(point.moduli * mandel::from_tensor(du)));
+    let skew = to_spin * twice_axial(&(point.stretch * point.stress));
+    let axial = twice_axial(&(du * point.stress + point.stretch * dt));
+    (to_spin * (axial - spin_matrix(du) * skew)).cross_matrix()
 }
 
 /// The map δF → δP, with R applied to the first index of both.

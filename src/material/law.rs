@@ -421,3 +421,7 @@ fn at_centres<'a>(names: &[(&str, &'static str)], rows: impl Iterator<Item = &'a
 #[cfg(test)]
 #[path = "law_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "every_law_tests.rs"]
+mod every_law_tests;

@@ -86,11 +86,10 @@ impl<const D: usize, const V: usize> Multiquadric<D, V> {
 
     /// φ at `q` for each centre, `(n)`.
     pub fn kernels(&self, q: &[f64; D]) -> Vec<f64> {
-        let kernel = |centre| {
-            let r = distance(q, centre);
-            (r * r + self.offset * self.offset).sqrt()
-        };
-        self.centres.iter().map(kernel).collect()
+        self.centres
+            .iter()
+            .map(|centre| kernel(&difference(q, centre), self.offset))
+            .collect()
     }
 
     /// ∂φ/∂q for each centre, `(n × D)`.
@@ -108,8 +107,7 @@ impl<const D: usize, const V: usize> Multiquadric<D, V> {
     pub fn value(&self, q: &[f64; D]) -> [f64; V] {
         let mut f = self.constant;
         for (centre, weight) in self.centres.iter().zip(&self.weights) {
-            let r = distance(q, centre);
-            let kernel = (r * r + self.offset * self.offset).sqrt();
+            let kernel = kernel(&difference(q, centre), self.offset);
             for k in 0..V {
                 f[k] += weight[k] * kernel;
             }
@@ -125,8 +123,8 @@ impl<const D: usize, const V: usize> Multiquadric<D, V> {
             hessian: [[[0.0; D]; D]; V],
         };
         for (centre, weight) in self.centres.iter().zip(&self.weights) {
-            let x: [f64; D] = std::array::from_fn(|d| q[d] - centre[d]);
-            let kernel = (x.iter().map(|x| x * x).sum::<f64>() + self.offset * self.offset).sqrt();
+            let x = difference(q, centre);
+            let kernel = kernel(&x, self.offset);
             let inverse = if kernel > 0.0 { 1.0 / kernel } else { 0.0 };
             let unit = x.map(|x| x * inverse);
             for k in 0..V {
@@ -142,6 +140,21 @@ impl<const D: usize, const V: usize> Multiquadric<D, V> {
         }
         jet
     }
+}
+
+#[inline]
+fn difference<const D: usize>(q: &[f64; D], centre: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|d| q[d] - centre[d])
+}
+
+/// √(|x|² + c²).
+#[inline]
+fn kernel<const D: usize>(x: &[f64; D], offset: f64) -> f64 {
+    let mut sum = offset * offset;
+    for x in x {
+        sum += x * x;
+    }
+    sum.sqrt()
 }
 
 /// The mean distance of a centre from its nearest neighbour; 0 for fewer than two.

@@ -16,9 +16,12 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Clone, Debug)]
 pub struct Anderson {
     depth: usize,
-    previous: Option<(Vec<f64>, Vec<f64>)>,
+    /// Iterate and residual of the iteration before; empty at a start.
+    previous: [Vec<f64>; 2],
     steps: Vec<Vec<f64>>,
     changes: Vec<Vec<f64>>,
+    /// Products of the changes with each other, `(depth × depth)`.
+    products: DMatrix<f64>,
     oldest: usize,
 }
 
@@ -31,74 +34,111 @@ impl Anderson {
     pub fn new(depth: usize) -> Anderson {
         Anderson {
             depth,
-            previous: None,
+            previous: [Vec::new(), Vec::new()],
             steps: Vec::new(),
             changes: Vec::new(),
+            products: DMatrix::zeros(depth, depth),
             oldest: 0,
         }
     }
 
     /// Forgets everything: the problem has changed.
     pub fn restart(&mut self) {
-        self.previous = None;
+        self.carry_on();
         self.steps.clear();
         self.changes.clear();
         self.oldest = 0;
     }
 
+    /// Starts at another iterate of the same problem, or of one whose residual differs by a constant, and keeps what is known
+    /// of its slope.
+    pub fn carry_on(&mut self) {
+        self.previous.iter_mut().for_each(Vec::clear);
+    }
+
     /// Moves `x` to the next iterate, given the residual step `r` at `x`, both `(n)`.
     pub fn advance(&mut self, x: &mut [f64], r: &[f64]) {
         self.remember(x, r);
-        self.previous = Some((x.to_vec(), r.to_vec()));
-        let m = self.steps.len();
+        let gamma = self.coefficients(r);
         for (x, r) in x.iter_mut().zip(r) {
             *x += r;
         }
-        if m == 0 {
-            return;
-        }
-        let mut normal = DMatrix::zeros(m, m);
-        let mut right = DVector::zeros(m);
-        for i in 0..m {
-            right[i] = dot(&self.changes[i], r);
-            for j in 0..=i {
-                normal[(i, j)] = dot(&self.changes[i], &self.changes[j]);
-                normal[(j, i)] = normal[(i, j)];
+        for (i, gamma) in gamma.iter().flat_map(|g| g.iter().enumerate()) {
+            for ((x, s), c) in x.iter_mut().zip(&self.steps[i]).zip(&self.changes[i]) {
+                *x -= gamma * (s + c);
             }
         }
+    }
+
+    /// γ; `None` without memory.
+    fn coefficients(&self, r: &[f64]) -> Option<DVector<f64>> {
+        let m = self.steps.len();
+        if m == 0 {
+            return None;
+        }
+        let mut normal = self.products.view((0, 0), (m, m)).into_owned();
+        let right = DVector::from_fn(m, |i, _| dot(&self.changes[i], r));
         let ridge = RIDGE * normal.diagonal().amax();
         for i in 0..m {
             normal[(i, i)] += ridge;
         }
-        let Some(gamma) = normal.cholesky().map(|c| c.solve(&right)) else {
-            return;
-        };
-        for i in 0..m {
-            for ((x, s), c) in x.iter_mut().zip(&self.steps[i]).zip(&self.changes[i]) {
-                *x -= gamma[i] * (s + c);
-            }
-        }
+        normal.cholesky().map(|c| c.solve(&right))
     }
 
     fn remember(&mut self, x: &[f64], r: &[f64]) {
-        let Some((old_x, old_r)) = &self.previous else {
+        if self.previous[0].is_empty() {
+            self.previous = [x.to_vec(), r.to_vec()];
             return;
-        };
-        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
-        let (step, change) = (difference(x, old_x), difference(r, old_r));
-        if self.steps.len() < self.depth {
+        }
+        // The memory of the last iteration becomes that of the differences, the oldest difference that of this one.
+        let [mut step, mut change] = std::mem::take(&mut self.previous);
+        for ((s, x), (c, r)) in step.iter_mut().zip(x).zip(change.iter_mut().zip(r)) {
+            *s = x - *s;
+            *c = r - *c;
+        }
+        if self.depth == 0 {
+            self.previous = [x.to_vec(), r.to_vec()];
+            return;
+        }
+        let place = if self.steps.len() < self.depth {
             self.steps.push(step);
             self.changes.push(change);
-        } else if self.depth > 0 {
-            self.steps[self.oldest] = step;
-            self.changes[self.oldest] = change;
-            self.oldest = (self.oldest + 1) % self.depth;
+            self.previous = [x.to_vec(), r.to_vec()];
+            self.steps.len() - 1
+        } else {
+            let place = self.oldest;
+            std::mem::swap(&mut self.steps[place], &mut step);
+            std::mem::swap(&mut self.changes[place], &mut change);
+            step.copy_from_slice(x);
+            change.copy_from_slice(r);
+            self.previous = [step, change];
+            self.oldest = (place + 1) % self.depth;
+            place
+        };
+        for i in 0..self.changes.len() {
+            let product = dot(&self.changes[i], &self.changes[place]);
+            self.products[(i, place)] = product;
+            self.products[(place, i)] = product;
         }
     }
 }
 
+/// In four running sums, which vector instructions can hold side by side.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4
+        .remainder()
+        .iter()
+        .zip(b4.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
+    for (a, b) in a4.zip(b4) {
+        for l in 0..4 {
+            sums[l] += a[l] * b[l];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -110,6 +110,25 @@ pub fn density(text: &str) -> Result<f64, UnitError> {
     )
 }
 
+/// An inverse modulus \[1/MPa\], as D1 of a rubber, from text such as `0.02 1/MPa`.
+///
+/// # Errors
+/// As [`length`].
+pub fn compliance(text: &str) -> Result<f64, UnitError> {
+    scaled(
+        "compliance",
+        text,
+        "0.02 1/MPa",
+        "1/MPa, 1/kPa, 1/Pa, mm2/N",
+        |unit| match unit {
+            "1/MPa" | "/MPa" | "mm2/N" | "mm²/N" | "mm^2/N" => Some(1.0),
+            "1/kPa" | "/kPa" => Some(1e3),
+            "1/Pa" | "/Pa" | "m2/N" | "m²/N" | "m^2/N" => Some(1e6),
+            _ => None,
+        },
+    )
+}
+
 fn scaled(
     quantity: &'static str,
     text: &str,
@@ -234,7 +253,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_text_is_answered(text in "\\PC{0,12}") {
-            for read in [length, force, stress, density] {
+            for read in [length, force, stress, density, compliance] {
                 if let Ok(value) = read(&text) {
                     prop_assert!(value.is_finite());
                 }

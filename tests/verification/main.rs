@@ -3,4 +3,7 @@
 mod clusters;
 mod elements;
 mod equilibrium;
+mod laws;
+mod robustness;
+mod sensitivity;
 mod support;

@@ -1,0 +1,172 @@
+//! How equilibrium displacements change with the parameters of the materials.
+//!
+//! ```text
+//! f_int(u, p) = f_ext:     K du/dp = −∂f_int/∂p                            direct: one solve a parameter
+//! J(u):   dJ/dp = −λᵀ ∂f_int/∂p,   Kᵀ λ = ∂J/∂u                            adjoint: one solve a functional
+//! ∂f_int/∂p = Σ_q w (∂P/∂p) ∇N,   ∂P/∂p from ∂T/∂p as P from T
+//! ```
+//!
+//! K is the consistent tangent at the equilibrium, rotations and strains included, its skew part too; appendix B of
+//! Bickel 2010 holds rotation and strain fixed, which is off by some percent. The forces are linear in the laws' stresses, so
+//! ∂f_int/∂p is the force of the stresses ∂T/∂p at fixed strain. Loads keep their direction and do not depend on p.
+//!
+//! Symbols: u displacement \[mm\], p a parameter of [`crate::material::law::Law::parameters`] in its unit, J a functional
+//! of the displacements, λ its adjoint. Valid at an equilibrium that is not a limit point.
+
+use super::elements::{BATCH, Block, Discretisation};
+use super::equilibrium::Solver;
+use super::forces::{self, Materials};
+use super::response;
+use crate::math::Vec3;
+use crate::math::mandel::Mandel;
+use crate::math::polar_lanes::ZERO;
+use crate::numerics::gmres::Side;
+
+/// Residual of the linear systems, as a share of their right-hand sides.
+const TOLERANCE: f64 = 1e-12;
+
+/// Why there are no derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SensitivityError {
+    /// The tangent has no Cholesky factor.
+    #[error(
+        "the tangent at this equilibrium is not positive definite (a limit point): ask at a smaller load"
+    )]
+    Unstable,
+    /// There is no such cell.
+    #[error("cell {cell} has no law: there are {cells}")]
+    NoSuchCell {
+        /// The cell asked for.
+        cell: usize,
+        /// How many there are.
+        cells: usize,
+    },
+}
+
+impl Solver<'_> {
+    /// Derivatives of the displacements at the equilibrium `u`, `(nodes)` \[mm\], with respect to each parameter of the law
+    /// of `cell`, `(parameters × nodes)` \[mm per unit of the parameter\].
+    ///
+    /// # Errors
+    /// [`SensitivityError`]: a limit point, no such cell.
+    pub fn displacement_derivatives(
+        &mut self,
+        u: &[Vec3],
+        materials: &Materials,
+        cell: usize,
+    ) -> Result<Vec<Vec<Vec3>>, SensitivityError> {
+        let by_parameter = self.force_derivatives(u, materials, cell)?;
+        self.tangent_at(u, materials)?;
+        let mut derivatives = Vec::with_capacity(by_parameter.len());
+        let mut right = vec![0.0; self.model.unknowns()];
+        for force in &by_parameter {
+            self.model.gather(force, &mut right);
+            right.iter_mut().for_each(|f| *f = -*f);
+            self.solve_tangent(&mut right, Side::Plain, TOLERANCE)
+                .ok_or(SensitivityError::Unstable)?;
+            let mut field = vec![Vec3::zeros(); u.len()];
+            self.model.spread(&right, &mut field);
+            derivatives.push(field);
+        }
+        Ok(derivatives)
+    }
+
+    /// Derivatives of a functional J of the displacements with respect to the parameters of every cell's law,
+    /// `(cells × parameters)`, from its derivative by the displacements `by_displacement`, `(nodes)`, at the equilibrium
+    /// `u`, `(nodes)` \[mm\].
+    ///
+    /// # Errors
+    /// [`SensitivityError`]: a limit point.
+    pub fn gradient(
+        &mut self,
+        u: &[Vec3],
+        materials: &Materials,
+        by_displacement: &[Vec3],
+    ) -> Result<Vec<Vec<f64>>, SensitivityError> {
+        self.tangent_at(u, materials)?;
+        let mut right = vec![0.0; self.model.unknowns()];
+        self.model.gather(by_displacement, &mut right);
+        self.solve_tangent(&mut right, Side::Transposed, TOLERANCE)
+            .ok_or(SensitivityError::Unstable)?;
+        let mut adjoint = vec![Vec3::zeros(); u.len()];
+        self.model.spread(&right, &mut adjoint);
+        (0..materials.laws.len())
+            .map(|cell| {
+                let forces = self.force_derivatives(u, materials, cell)?;
+                let product = |f: &Vec<Vec3>| -f.iter().zip(&adjoint).map(|(f, a)| f.dot(a)).sum::<f64>();
+                Ok(forces.iter().map(product).collect())
+            })
+            .collect()
+    }
+
+    fn tangent_at(&mut self, u: &[Vec3], materials: &Materials) -> Result<(), SensitivityError> {
+        if self.factorise_tangent(u, materials) {
+            Ok(())
+        } else {
+            Err(SensitivityError::Unstable)
+        }
+    }
+
+    /// ∂f_int/∂p at fixed `u`, `(parameters × nodes)`.
+    fn force_derivatives(
+        &self,
+        u: &[Vec3],
+        materials: &Materials,
+        cell: usize,
+    ) -> Result<Vec<Vec<Vec3>>, SensitivityError> {
+        let cells = materials.laws.len();
+        let law = materials
+            .laws
+            .get(cell)
+            .ok_or(SensitivityError::NoSuchCell { cell, cells })?;
+        let mut forces = vec![vec![Vec3::zeros(); u.len()]; law.parameters().len()];
+        match &self.model.parts {
+            Discretisation::Eight(block) => add_derivatives(block, u, materials, cell, &mut forces),
+            Discretisation::Four(block) => add_derivatives(block, u, materials, cell, &mut forces),
+        }
+        Ok(forces)
+    }
+}
+
+fn add_derivatives<const N: usize>(
+    block: &Block<N>,
+    u: &[Vec3],
+    materials: &Materials,
+    cell: usize,
+    forces: &mut [Vec<Vec3>],
+) {
+    let belongs = |q: u32| {
+        materials
+            .cell_of_point
+            .get(q as usize)
+            .is_some_and(|&c| c as usize == cell)
+    };
+    for batch in &block.batches {
+        if !batch.points.iter().any(|&q| belongs(q)) {
+            continue;
+        }
+        let f = forces::deformation_gradients(block, batch, u);
+        let laws = forces::laws_of(batch, materials);
+        let mut states = response::strained(&f, &batch.weight, &laws, block.volumetric);
+        let by_parameter: Vec<Vec<Mandel>> = (0..BATCH)
+            .map(|l| match belongs(batch.points[l]) && batch.weight[l] > 0.0 {
+                true => laws.at(l).stress_by_parameters(&states[l].strain),
+                false => vec![Mandel::zeros(); forces.len()],
+            })
+            .collect();
+        for (p, force) in forces.iter_mut().enumerate() {
+            let stresses = std::array::from_fn(|l| by_parameter[l][p]);
+            response::put_stress(&mut states, &batch.weight, &laws, block.volumetric, &stresses);
+            let mut piola = [[ZERO; 3]; 3];
+            for (l, state) in states.iter().enumerate() {
+                let weighted = state.piola() * batch.weight[l];
+                for (i, row) in piola.iter_mut().enumerate() {
+                    for (j, entry) in row.iter_mut().enumerate() {
+                        entry[l] = weighted[(i, j)];
+                    }
+                }
+            }
+            forces::add_nodal_forces(block, batch, &piola, force);
+        }
+    }
+}
