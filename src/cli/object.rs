@@ -1,10 +1,14 @@
-//! `pliant object`: surfaces of simple objects as STL files, and a look at any mesh file.
+//! `pliant object`: surfaces of simple objects as STL files, a look at any mesh file, and tetrahedra inside one.
 
 use super::Answer;
 use super::terminal::{say, warn};
+use crate::geometry::cells::{Cells, LayeredRegion, Style};
+use crate::geometry::files::vtu::{Array, VtuCells, VtuGrid, write_vtu};
 use crate::geometry::files::{open_surface, write_stl};
 use crate::geometry::shapes::{self, SeatOptions, ShapeError, SoleOptions};
-use crate::geometry::{Solid, TriMesh};
+use crate::geometry::tetrahedra::{MeshOptions, Quality, TetMesh, tetrahedral_mesh};
+use crate::geometry::volume::Elements;
+use crate::geometry::{Axis, Region, Solid, TriMesh};
 use crate::math::Vec3;
 use crate::units::whole_file::{folder_of, replace_file};
 use crate::units::{LengthUnit, length};
@@ -13,7 +17,7 @@ use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Makes the surface of a simple object, or inspects any mesh file.
+/// Makes the surface of a simple object, inspects any mesh file, or fills one with tetrahedra.
 ///
 /// Lengths carry their unit: 250mm, "25 cm", 10in.
 #[derive(Debug, Args)]
@@ -35,6 +39,8 @@ enum Object {
     Seat(Seat),
     /// Reads a mesh file and says how large it is, what is wrong with it, and whether it bounds a solid
     Inspect(Inspect),
+    /// Fills a closed surface, clean or scanned, with tetrahedra that follow layers, and says how good they are
+    Tetrahedra(Tetrahedra),
 }
 
 #[derive(Debug, Args)]
@@ -131,6 +137,42 @@ struct Inspect {
     unit: Option<LengthUnit>,
 }
 
+#[derive(Debug, Args)]
+struct Tetrahedra {
+    /// An STL, OBJ, PLY or 3MF file
+    file: PathBuf,
+    /// The unit of the file's numbers: um, mm, cm, m, in, ft (a 3MF declares its own)
+    #[arg(long)]
+    unit: Option<LengthUnit>,
+    /// Length of the edges; diagonals are longer, up to 1.7 times
+    #[arg(long, value_parser = length)]
+    edge: f64,
+    /// Equal layers, whose borders the tetrahedra follow
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
+    layers: u16,
+    /// The axis along which the layers are stacked
+    #[arg(long, default_value = "z")]
+    axis: Axis,
+    /// No dihedral angle may be below this, nor above 180° less this, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 10.0)]
+    least_angle: f64,
+    /// The VTU file to write, with the layer of each tetrahedron as `cell`
+    #[arg(long, value_name = "FILE.vtu")]
+    out: Option<PathBuf>,
+}
+
+/// What is said about a mesh.
+#[derive(Debug, Serialize)]
+struct MeshSummary {
+    file: String,
+    nodes: usize,
+    tetrahedra: usize,
+    layers: u16,
+    #[serde(flatten)]
+    quality: Quality,
+    warnings: Vec<String>,
+}
+
 /// What is said about a solid.
 #[derive(Debug, Serialize)]
 struct Summary {
@@ -158,6 +200,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         Object::Sole(sole) => write(shapes::flip_flop_sole(&sole.options()), &sole.to.out, json),
         Object::Seat(seat) => write(shapes::stool_seat(&seat.options()), &seat.to.out, json),
         Object::Inspect(arguments) => inspect(arguments, json),
+        Object::Tetrahedra(arguments) => mesh(arguments, json),
     }
 }
 
@@ -202,17 +245,118 @@ fn write(mesh: Result<TriMesh, ShapeError>, out: &Path, json: bool) -> miette::R
     report(&summary(out, &solid, Vec::new()), json)
 }
 
-/// Writes the file whole. A folder that is missing was mistyped, so none is made.
+/// Writes the file whole.
 fn save(mesh: &TriMesh, out: &Path) -> std::io::Result<()> {
+    let mut bytes = Vec::new();
+    write_stl(mesh, &mut bytes)?;
+    replace_in_its_folder(out, &bytes)
+}
+
+/// Writes the file whole. A folder that is missing was mistyped, so none is made.
+fn replace_in_its_folder(out: &Path, bytes: &[u8]) -> std::io::Result<()> {
     if !folder_of(out).is_dir() {
         return Err(std::io::Error::new(
             std::io::ErrorKind::NotFound,
             "there is no such folder: make it first, or name another",
         ));
     }
+    replace_file(out, bytes)
+}
+
+/// More of the volume lost or won than this is said as a warning.
+const VOLUME_WARNING: f64 = 0.02;
+
+fn mesh(arguments: &Tetrahedra, json: bool) -> miette::Result<Answer> {
+    if let Some(out) = &arguments.out
+        && out.extension().is_none_or(|e| !e.eq_ignore_ascii_case("vtu"))
+    {
+        return Err(miette::miette!(
+            "{}: expected a name that ends in .vtu",
+            out.display()
+        ));
+    }
+    let file = open_surface(&arguments.file, arguments.unit).into_diagnostic()?;
+    let solid = Solid::new(file.mesh).into_diagnostic()?;
+    let cells = flat_layers(&solid, arguments.axis, arguments.layers);
+    let options = MeshOptions {
+        least_dihedral_deg: arguments.least_angle,
+        ..MeshOptions::new(arguments.edge)
+    };
+    let made = tetrahedral_mesh(&solid, Some(&cells), &options).into_diagnostic()?;
+    if let Some(out) = &arguments.out {
+        save_mesh(&made, out).wrap_err_with(|| format!("{} could not be written", out.display()))?;
+    }
+    let lost = made.quality.volume_error;
+    let mut warnings: Vec<String> = file.notes.into_iter().chain(solid.health().warnings()).collect();
+    if lost.abs() > VOLUME_WARNING {
+        let percent = 100.0 * lost;
+        warnings.push(format!("the volume is off by {percent:+.1} %: use shorter edges"));
+    }
+    let summary = MeshSummary {
+        file: arguments.file.display().to_string(),
+        nodes: made.mesh.nodes.len(),
+        tetrahedra: made.mesh.elements.len(),
+        layers: arguments.layers,
+        quality: made.quality,
+        warnings,
+    };
+    report_mesh(&summary, json)
+}
+
+/// The whole object in equal layers across an axis.
+fn flat_layers(solid: &Solid, axis: Axis, layers: u16) -> Cells {
+    let (low, high) = solid.bounds();
+    let (from, to) = (low[axis.index()], high[axis.index()]);
+    let border = |k: u16| from + (to - from) * f64::from(k) / f64::from(layers);
+    let whole = LayeredRegion {
+        name: "layer".into(),
+        region: Region::Everything,
+        axis,
+        style: Style::Flat,
+        borders: (0..=layers).map(border).collect(),
+    };
+    Cells::new(vec![whole], None)
+}
+
+fn save_mesh(made: &TetMesh, out: &Path) -> miette::Result<()> {
+    let Elements::Tetrahedra(tets) = &made.mesh.elements else {
+        return Err(miette::miette!("the mesh is not of tetrahedra"));
+    };
+    let cell: Vec<i32> = made.cell_of_element.iter().map(|&c| i32::from(c)).collect();
+    let grid = VtuGrid {
+        points: &made.mesh.nodes,
+        cells: VtuCells::Tetrahedra(tets),
+    };
     let mut bytes = Vec::new();
-    write_stl(mesh, &mut bytes)?;
-    replace_file(out, &bytes)
+    write_vtu(&mut bytes, &grid, &[], &[("cell", Array::Integers(&cell))]).into_diagnostic()?;
+    replace_in_its_folder(out, &bytes).into_diagnostic()
+}
+
+fn report_mesh(summary: &MeshSummary, json: bool) -> miette::Result<Answer> {
+    if json {
+        say(&serde_json::to_string_pretty(summary).into_diagnostic()?);
+        return Ok(Answer::Done);
+    }
+    let quality = &summary.quality;
+    say(&format!(
+        "{}: {} tetrahedra, {} nodes",
+        summary.file, summary.tetrahedra, summary.nodes
+    ));
+    say(&format!(
+        "dihedral angles {:.1}° to {:.1}°; volume {:.1} cm³, {:+.2} %",
+        quality.least_dihedral_deg,
+        quality.greatest_dihedral_deg,
+        quality.volume_mm3 / 1000.0,
+        100.0 * quality.volume_error
+    ));
+    say(&format!(
+        "off the surface by up to {:.2} mm, off borders between layers by up to {:.2} mm",
+        quality.surface_distance_mm, quality.border_distance_mm
+    ));
+    for warning in &summary.warnings {
+        warn(&format!("warning: {warning}"));
+    }
+    Ok(Answer::Done)
 }
 
 fn inspect(arguments: &Inspect, json: bool) -> miette::Result<Answer> {

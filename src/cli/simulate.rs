@@ -2,7 +2,7 @@
 //! found, pressed as its goal's examples say.
 
 use super::terminal::{say, warn};
-use super::{Answer, stop};
+use super::{Answer, simulate_volume, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::{Misfit, Target};
@@ -12,7 +12,9 @@ use crate::fem::scene::Scene;
 use crate::fem::scene_record::{CaseRecord, write_case_csv, write_case_vtu};
 use crate::fem::setup::Setup;
 use crate::fem::stage::{CaseKind, CaseOutcome, Stage};
+use crate::fem::volume_scene::text::VolumeSceneText;
 use crate::material::database::Database;
+use crate::units::document::Document;
 use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, WrapErr};
 use serde_json::json;
@@ -32,19 +34,19 @@ use std::time::Instant;
 pub struct Arguments {
     /// The scene, or the layout.toml of a found design
     #[arg(value_name = "SCENE.toml")]
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Where the files go [default: simulated/ beside the scene]
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Folder of the material database
     #[arg(long, value_name = "DIR", default_value = "materials-db")]
-    db: PathBuf,
+    pub(super) db: PathBuf,
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Answer in JSON, for machines
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 /// Runs `pliant simulate`.
@@ -59,7 +61,16 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
             .into_diagnostic()?;
     }
     if is_layout(&arguments.scene) {
-        layout(arguments)
+        return layout(arguments);
+    }
+    // A file that cannot be read is answered by the reader of scenes.
+    let text = std::fs::read_to_string(&arguments.scene).unwrap_or_default();
+    let document = Document {
+        file: arguments.scene.clone(),
+        text,
+    };
+    if VolumeSceneText::fits(&document) {
+        simulate_volume::run(arguments, document)
     } else {
         scene(arguments)
     }
@@ -321,7 +332,7 @@ fn file_name(name: &str) -> String {
     name.chars().map(plain).collect()
 }
 
-fn keep(file: &Path, bytes: &[u8]) -> miette::Result<()> {
+pub(super) fn keep(file: &Path, bytes: &[u8]) -> miette::Result<()> {
     replace_file(file, bytes)
         .into_diagnostic()
         .wrap_err_with(|| format!("{}: cannot be written", file.display()))

@@ -1,8 +1,9 @@
 //! The parts of a layout: one closed mesh per material.
 
 use super::export::ExportPart;
-use super::tiling::{LevelSet, Tiling, TilingError, TilingOptions, tile};
+use super::tiling::{Tiling, TilingError, TilingOptions, tile};
 use crate::design::goal::Goal;
+use crate::geometry::cutting::LevelSet;
 use crate::math::Vec3;
 
 /// Which side of a plane through the object is left out, to look inside.

@@ -74,14 +74,10 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// [`CholeskyError::OutOfMemory`].
     pub fn new(model: &'a Model) -> Result<Solver<'a>, CholeskyError> {
-        /// The accelerated iteration makes up for what an iterative solver leaves: its residual is exact.
-        const ACCURACY_AT_REST: f64 = 1e-4;
         let n = model.unknowns();
-        let mut rest = LinearSolver::new(model.symbolic().clone())?;
-        rest.set_tolerance(ACCURACY_AT_REST);
         Ok(Solver {
             model,
-            rest,
+            rest: linear_solver(model)?,
             newton: None,
             values: vec![0.0; model.symbolic().pattern().rows.len()],
             skew: Vec::new(),
@@ -379,7 +375,7 @@ impl<'a> Solver<'a> {
     /// Factorises the secant matrix at `u` for the iterations to come.
     fn refresh(&mut self, u: &[Vec3], materials: &Materials) -> bool {
         if self.newton.is_none() {
-            self.newton = LinearSolver::new(self.model.symbolic().clone()).ok();
+            self.newton = linear_solver(self.model).ok();
         }
         self.is_refreshed = self.factorise_at(u, materials, Kind::Secant);
         self.memory.restart();
@@ -397,6 +393,17 @@ impl<'a> Solver<'a> {
         }
         forces
     }
+}
+
+/// Residual at which iterative linear solves end. They need not be exact: the residual that they are given is, so what
+/// one leaves is made up for in the next iteration.
+pub(super) const INEXACT: f64 = 1e-4;
+
+/// A solver by the size of the model.
+pub(super) fn linear_solver(model: &Model) -> Result<LinearSolver, CholeskyError> {
+    let mut solver = LinearSolver::new(model.symbolic().clone())?;
+    solver.set_tolerance(INEXACT);
+    Ok(solver)
 }
 
 /// The equilibria met so far.

@@ -5,7 +5,7 @@ use super::elements::{BadElement, Block, Discretisation, VolumetricStrain};
 use super::forces::Materials;
 use super::stiffness::{self, Kind};
 use crate::geometry::volume::{Elements, VolumeMesh};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use crate::numerics::blocks::Sites;
 use crate::numerics::cholesky::{CholeskyError, Pattern, Symbolic};
 use crate::numerics::ordering::nested_dissection;
@@ -15,6 +15,8 @@ use std::sync::Arc;
 pub type Constrained = [bool; 3];
 
 const CONSTRAINED: u32 = u32::MAX;
+/// Components that must be held in every connected part: those of a rigid motion.
+const HELD: usize = 6;
 
 /// Why no model could be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -97,9 +99,34 @@ impl Model {
         volumetric: VolumetricStrain,
         regions: Option<&[u16]>,
     ) -> Result<Model, ModelError> {
+        Model::held_by(HELD, mesh, fill, constrained, volumetric, regions)
+    }
+
+    /// The same for an object that supports need not hold: what it touches does, see [`super::contact`].
+    ///
+    /// # Errors
+    /// As [`Model::new`], but no part is too loosely held.
+    pub fn unheld(
+        mesh: VolumeMesh,
+        fill: Option<Vec<f64>>,
+        constrained: Vec<Constrained>,
+        volumetric: VolumetricStrain,
+        regions: Option<&[u16]>,
+    ) -> Result<Model, ModelError> {
+        Model::held_by(0, mesh, fill, constrained, volumetric, regions)
+    }
+
+    fn held_by(
+        least: usize,
+        mesh: VolumeMesh,
+        fill: Option<Vec<f64>>,
+        constrained: Vec<Constrained>,
+        volumetric: VolumetricStrain,
+        regions: Option<&[u16]>,
+    ) -> Result<Model, ModelError> {
         let parts = Discretisation::with(&mesh, fill.as_deref(), volumetric, regions)?;
         let neighbours = neighbours(&parts, mesh.nodes.len());
-        check_supports(&mesh, &neighbours, &constrained)?;
+        check_supports(&mesh, &neighbours, &constrained, least)?;
         let order = nested_dissection(&mesh.nodes, &neighbours);
         let mut unknown_of = vec![[CONSTRAINED; 3]; mesh.nodes.len()];
         let mut unknowns = 0;
@@ -171,6 +198,25 @@ impl Model {
     /// triangle of the skew one, `K = sym + skew`.
     pub fn assemble_tangent(&self, u: &[Vec3], materials: &Materials, values: &mut [f64], skew: &mut [f64]) {
         self.assemble_parts(u, materials, Kind::Tangent, values, Some(skew));
+    }
+
+    /// Adds the `block` of the nodes `a` (rows) and `b` (columns), which share an element, to the `values` of a symmetric
+    /// matrix, `(nnz)`; of the two blocks (a, b) and (b, a) only one is to be given.
+    pub fn add_pair(&self, a: usize, b: usize, block: &Mat3, values: &mut [f64]) {
+        let pattern = self.symbolic.pattern();
+        for i in 0..3 {
+            for j in 0..3 {
+                let (row, column) = (self.unknown_of[a][i], self.unknown_of[b][j]);
+                // On the diagonal block both halves are given, and the matrix takes one.
+                if row == CONSTRAINED || column == CONSTRAINED || (a == b && row < column) {
+                    continue;
+                }
+                let (row, column) = (row.max(column) as usize, row.min(column) as usize);
+                if let Some(place) = pattern.find(row, column) {
+                    values[place] += block[(i, j)];
+                }
+            }
+        }
     }
 
     fn assemble_parts(
@@ -325,6 +371,7 @@ fn check_supports(
     mesh: &VolumeMesh,
     neighbours: &[Vec<u32>],
     constrained: &[Constrained],
+    least: usize,
 ) -> Result<(), ModelError> {
     if let Some(node) = neighbours.iter().position(Vec::is_empty) {
         return Err(ModelError::LooseNode {
@@ -348,7 +395,7 @@ fn check_supports(
                 }
             }
         }
-        if held < 6 {
+        if held < least {
             let elements = (0..mesh.elements.len())
                 .filter(|&e| part[mesh.elements.nodes_of(e)[0] as usize] == start)
                 .count();

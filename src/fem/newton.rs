@@ -11,13 +11,12 @@
 //! first that lowers ‖K⁻¹ r‖ by a quarter of its share (Deuflhard's natural monotonicity test, 2004): residual forces alone
 //! mislead where stiffnesses differ by orders of magnitude.
 
-use super::equilibrium::{Imbalance, Solver, is_settled, largest, norm, relative};
+use super::equilibrium::{INEXACT, Imbalance, Solver, is_settled, largest, linear_solver, norm, relative};
 use super::forces::Materials;
 use super::load_curve::{NewtonMatrix, Options};
 use super::stiffness::Kind;
 use crate::math::Vec3;
 use crate::numerics::gmres::{self, Side};
-use crate::numerics::linear_solver::LinearSolver;
 
 /// The skew part's iterations end when the linear residual is this share of the right-hand side: Newton's own error is larger.
 const LINEAR_TOLERANCE: f64 = 1e-5;
@@ -36,7 +35,7 @@ impl Solver<'_> {
         cancelled: &dyn Fn() -> bool,
     ) -> Option<f64> {
         if self.newton.is_none() {
-            self.newton = LinearSolver::new(self.model.symbolic().clone()).ok();
+            self.newton = linear_solver(self.model).ok();
         }
         // Newton's factors take the place of a refreshed one.
         self.is_refreshed = false;
@@ -82,6 +81,7 @@ impl Solver<'_> {
         matrix: NewtonMatrix,
     ) -> bool {
         self.skew.clear();
+        self.newton.iter_mut().for_each(|n| n.set_tolerance(INEXACT));
         if kind == Kind::Secant || matrix == NewtonMatrix::SymmetricPart {
             return self.factorise_at(u, materials, kind);
         }
@@ -91,7 +91,7 @@ impl Solver<'_> {
     /// Factorises the symmetric part of the tangent at `u` and keeps its skew part, if it has one.
     pub(super) fn factorise_tangent(&mut self, u: &[Vec3], materials: &Materials) -> bool {
         if self.newton.is_none() {
-            self.newton = LinearSolver::new(self.model.symbolic().clone()).ok();
+            self.newton = linear_solver(self.model).ok();
         }
         self.skew.resize(self.values.len(), 0.0);
         self.model

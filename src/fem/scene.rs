@@ -7,13 +7,12 @@ use super::example::{Contact, Example, MeasuredPoint};
 use super::example_text::check_forces;
 use super::regions::{RegionText, read_cells};
 use super::rig::Layout;
-use super::scene_text::{MaterialText, OutputText, PressText, SceneText, SolverText};
-use super::setup::{self, FixedText, Object, Setup, finite, positive_length};
+pub use super::scene_materials::SceneMaterial;
+use super::scene_materials::Shelf;
+use super::scene_text::{OutputText, PressText, SceneText, SolverText};
+use super::setup::{FixedText, Object, Setup, finite, positive_length};
 use crate::geometry::solid::Solid;
-use crate::material::database::Database;
-use crate::material::law::Law;
 use crate::math::Vec3;
-use crate::units;
 use crate::units::document::{Document, Mistake};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -47,19 +46,6 @@ pub struct Scene {
     pub options: Options,
     /// Load steps from one level to the next.
     pub steps: usize,
-}
-
-/// A material of a scene.
-#[derive(Clone, Debug)]
-pub struct SceneMaterial {
-    /// Its id.
-    pub id: String,
-    /// Its law.
-    pub law: Law,
-    /// Does it come from the database?
-    pub from_database: bool,
-    /// Is the database's record synthetic?
-    pub synthetic: bool,
 }
 
 /// A prescribed displacement.
@@ -184,6 +170,14 @@ fn check_cases(document: &Document, text: &SceneText) -> Result<(), Mistake> {
         let message = "found neither [[press]] nor [[move]], expected at least one: nothing happens";
         return Err(document.mistake(&(0..0), message));
     }
+    check_names(document, &names)
+}
+
+/// Every case has a name that a file can bear, of its own.
+///
+/// # Errors
+/// [`Mistake`] at the name.
+pub(super) fn check_names(document: &Document, names: &[&Spanned<String>]) -> Result<(), Mistake> {
     for (i, name) in names.iter().enumerate() {
         let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
         let own = name.get_ref();
@@ -202,7 +196,11 @@ fn check_cases(document: &Document, text: &SceneText) -> Result<(), Mistake> {
     Ok(())
 }
 
-fn solver(document: &Document, text: &SolverText) -> Result<(Options, usize), Mistake> {
+/// `[solver]`: the options, and the load steps from one level to the next.
+///
+/// # Errors
+/// [`Mistake`] at the key.
+pub(super) fn solver(document: &Document, text: &SolverText) -> Result<(Options, usize), Mistake> {
     let mut options = Options::default();
     if text.newton_only.unwrap_or(false) {
         options.accelerated_iterations = 0;
@@ -232,88 +230,6 @@ fn count(
         &text.span(),
         format!("found {name} = {found}, expected 1 to {most}"),
     ))
-}
-
-/// The materials of a scene: its own, and those of the database, which is opened when the first is asked for.
-struct Shelf<'a> {
-    document: &'a Document,
-    own: Vec<SceneMaterial>,
-    folder: &'a Path,
-    database: Option<Database>,
-    taken: Vec<SceneMaterial>,
-}
-
-impl<'a> Shelf<'a> {
-    fn new(document: &'a Document, texts: &[MaterialText], folder: &'a Path) -> Result<Shelf<'a>, Mistake> {
-        let mut own: Vec<SceneMaterial> = Vec::new();
-        for text in texts {
-            let id = text.id.get_ref().clone();
-            if own.iter().any(|m| m.id == id) {
-                return Err(document.mistake(&text.id.span(), format!("material {id:?} stands twice")));
-            }
-            let young = setup::quantity(document, &text.young, units::stress)?;
-            let poisson = *text.poisson.get_ref();
-            let law = Law::linear_isotropic(young, poisson).map_err(|e| {
-                let about_poisson = matches!(e, crate::material::law::LawError::Poisson(_));
-                let span = if about_poisson {
-                    text.poisson.span()
-                } else {
-                    text.young.span()
-                };
-                document.mistake(&span, e.to_string())
-            })?;
-            own.push(SceneMaterial {
-                id,
-                law,
-                from_database: false,
-                synthetic: false,
-            });
-        }
-        Ok(Shelf {
-            document,
-            own,
-            folder,
-            database: None,
-            taken: Vec::new(),
-        })
-    }
-
-    /// The number of the material `id` among those taken.
-    fn take(&mut self, id: &Spanned<String>) -> Result<u8, Mistake> {
-        if let Some(index) = self.taken.iter().position(|m| m.id == *id.get_ref()) {
-            return Ok(index as u8);
-        }
-        let index = u8::try_from(self.taken.len()).map_err(|_| {
-            self.document
-                .mistake(&id.span(), "found more than 256 materials in one scene")
-        })?;
-        let material = match self.own.iter().find(|m| m.id == *id.get_ref()) {
-            Some(own) => own.clone(),
-            None => self.borrow(id)?,
-        };
-        self.taken.push(material);
-        Ok(index)
-    }
-
-    fn borrow(&mut self, id: &Spanned<String>) -> Result<SceneMaterial, Mistake> {
-        let fail = |reason: String| {
-            let message = format!("{reason}; or define it here with [[material]]");
-            self.document.mistake(&id.span(), message)
-        };
-        if self.database.is_none() {
-            self.database = Some(Database::open(self.folder).map_err(|e| fail(e.to_string()))?);
-        }
-        let Some(database) = &self.database else {
-            return Err(fail(format!("no database {}", self.folder.display())));
-        };
-        let record = database.find(id.get_ref()).map_err(|e| fail(e.to_string()))?;
-        Ok(SceneMaterial {
-            id: record.id.clone(),
-            law: record.law().map_err(|e| fail(e.to_string()))?,
-            from_database: true,
-            synthetic: record.synthetic,
-        })
-    }
 }
 
 /// The points to report, each within 5 % of the object's diagonal.

@@ -1,6 +1,7 @@
 //! What a simulation leaves behind for each case: a VTU for ParaView, a CSV that a goal can cite as an example, and the
 //! record of the case in `simulated.json`.
 
+use super::elements::Discretisation;
 use super::equilibrium::{Options, Stop, Work};
 use super::forces::PointFields;
 use super::stage::{Case, CaseKind, CaseOutcome, Stage};
@@ -32,10 +33,29 @@ pub struct ElementFields {
 impl ElementFields {
     /// The means of `fields`, `(points)`, over the elements of `case`.
     pub fn new(stage: &Stage, case: &Case, fields: &PointFields) -> ElementFields {
+        let material_of = |q: usize| usize::from(stage.layout[usize::from(stage.cell_of_point[q])]);
         let parts = &case.model.parts;
+        ElementFields::means(
+            parts,
+            fields,
+            Some(&stage.grid.fill),
+            stage.laws.len(),
+            material_of,
+        )
+    }
+
+    /// The means of `fields`, `(points)`, over elements; `fill`, `(points)`, is one where it is not given, and
+    /// `material_of` answers the number, below `materials`, of a point's material.
+    pub fn means(
+        parts: &Discretisation,
+        fields: &PointFields,
+        fill: Option<&[f64]>,
+        materials: usize,
+        material_of: impl Fn(usize) -> usize,
+    ) -> ElementFields {
         let n = parts.points_per_element();
         let mut result = ElementFields::default();
-        for e in 0..stage.grid.mesh.elements.len() {
+        for e in 0..parts.points() / n {
             let points = e * n..(e + 1) * n;
             let volume: f64 = points.clone().map(|q| parts.weight(q)).sum();
             // An element that is kept holds some of the object; a share of zero would say otherwise.
@@ -48,14 +68,14 @@ impl ElementFields {
             };
             let (mut strain, mut stress, mut young, mut jacobian) =
                 (Mandel::zeros(), Mat3::zeros(), 0.0, 0.0);
-            let mut volume_of = vec![0.0; stage.laws.len()];
+            let mut volume_of = vec![0.0; materials];
             for q in points.clone() {
                 let w = share(q);
                 strain += fields.strain[q] * w;
                 stress += fields.cauchy_stress[q] * w;
                 young += fields.young_modulus[q] * w;
                 jacobian += fields.jacobian[q] * w;
-                volume_of[stage.layout[stage.cell_of_point[q] as usize] as usize] += w;
+                volume_of[material_of(q)] += w;
             }
             let largest =
                 (0..volume_of.len()).fold(0, |a, b| if volume_of[b] > volume_of[a] { b } else { a });
@@ -63,13 +83,18 @@ impl ElementFields {
             result.stress.push(mandel::from_tensor(&stress));
             result.young_modulus.push(young);
             result.jacobian.push(jacobian);
-            result
-                .fill
-                .push(points.map(|q| stage.grid.fill[q]).sum::<f64>() / n as f64);
+            let filled = |q: usize| fill.map_or(1.0, |fill| fill[q]);
+            result.fill.push(points.map(filled).sum::<f64>() / n as f64);
             result.material_id.push(largest as i32);
         }
         result
     }
+}
+
+/// The six numbers XX YY ZZ XY YZ XZ of a symmetric tensor, without Mandel's factors.
+pub fn six(tensor: &Mandel) -> [f64; 6] {
+    let a = mandel::to_tensor(tensor);
+    [a[(0, 0)], a[(1, 1)], a[(2, 2)], a[(0, 1)], a[(1, 2)], a[(0, 2)]]
 }
 
 /// Writes the last level that was reached (the state at rest if none was) for ParaView.
@@ -226,7 +251,7 @@ pub struct LargestDisplacement {
 }
 
 /// More strain than this share outside the fitted range is worth a warning.
-const WORTH_A_WARNING: f64 = 0.05;
+pub(super) const WORTH_A_WARNING: f64 = 0.05;
 
 impl CaseRecord {
     /// What to keep of a case.
@@ -269,7 +294,7 @@ impl CaseRecord {
             largest_displacement: largest_displacement(stage, outcome),
             residual: outcome.residual,
             work: outcome.work,
-            share_outside_fitted_range: share_outside(case, &outcome.fields),
+            share_outside_fitted_range: share_outside(&case.model.parts, &outcome.fields),
             smallest_jacobian,
             largest_jacobian,
             levels,
@@ -312,10 +337,10 @@ impl CaseRecord {
 /// compression alone ends at zero.
 const REST_STRAIN: f64 = 0.01;
 
-fn share_outside(case: &Case, fields: &PointFields) -> f64 {
+pub(super) fn share_outside(parts: &Discretisation, fields: &PointFields) -> f64 {
     let (mut whole, mut outside) = (0.0, 0.0);
     for (q, (strain, inside)) in fields.strain.iter().zip(&fields.in_range).enumerate() {
-        let volume = case.model.parts.weight(q);
+        let volume = parts.weight(q);
         whole += volume;
         if !inside && strain.norm() > REST_STRAIN {
             outside += volume;

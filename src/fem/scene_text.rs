@@ -4,6 +4,7 @@ use super::regions::RegionText;
 use super::setup::{ContactText, CylinderText, FixedText, ObjectText};
 use crate::geometry::axis::Axis;
 use crate::geometry::cells::Style;
+use crate::material::law_text::LawText;
 use crate::units::document::{Document, Mistake};
 use serde::Deserialize;
 use toml::Spanned;
@@ -25,7 +26,7 @@ pub struct SceneText {
     pub region: Spanned<Vec<SceneRegionText>>,
     /// Materials of this scene alone.
     #[serde(default)]
-    pub material: Vec<MaterialText>,
+    pub material: Vec<Spanned<LawText>>,
     /// Known forces, each a case of its own.
     #[serde(default)]
     pub press: Vec<PressText>,
@@ -107,18 +108,6 @@ impl SceneRegionText {
     }
 }
 
-/// `[[material]]`: Hooke's law, co-rotational.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialText {
-    /// Its id.
-    pub id: Spanned<String>,
-    /// Young's modulus, with unit.
-    pub young: Spanned<String>,
-    /// Poisson's ratio.
-    pub poisson: Spanned<f64>,
-}
-
 /// `[[press]]`: a known force spread over a patch.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -196,35 +185,44 @@ impl MoveText {
     /// # Errors
     /// [`Mistake`]: not three numbers nor a table of x, y, z; a number that is not finite; nothing that moves.
     pub fn displacement(&self, document: &Document) -> Result<[Option<f64>; 3], Mistake> {
-        let span = self.displacement_mm.span();
-        let value = self.displacement_mm.get_ref();
-        let wrong = |found: String| {
-            let message = format!(
-                "found {found}, expected [dx, dy, dz] in mm, or for instance {{ z = -2.0 }} where x and y stay free"
-            );
-            document.mistake(&span, message)
-        };
-        let mut moved = [None; 3];
-        match value {
-            toml::Value::Array(list) if list.len() == 3 => {
-                for (component, item) in moved.iter_mut().zip(list) {
-                    *component = Some(number(item).ok_or_else(|| wrong(value.to_string()))?);
-                }
-            }
-            toml::Value::Table(table) => {
-                for (key, item) in table {
-                    let c = ["x", "y", "z"].iter().position(|k| k == key);
-                    let c = c.ok_or_else(|| wrong(format!("the component {key:?}")))?;
-                    moved[c] = Some(number(item).ok_or_else(|| wrong(format!("{key} = {item}")))?);
-                }
-            }
-            other => return Err(wrong(other.to_string())),
-        }
+        let moved = displacement(document, &self.displacement_mm)?;
         if moved.iter().flatten().all(|d| *d == 0.0) {
-            return Err(wrong("a displacement of nothing".into()));
+            let message = "found a displacement of nothing, expected at least one component that moves";
+            return Err(document.mistake(&self.displacement_mm.span(), message));
         }
         Ok(moved)
     }
+}
+
+/// A displacement as people write it \[mm\]; `None` where a component stays free.
+///
+/// # Errors
+/// [`Mistake`]: not three numbers nor a table of x, y, z; a number that is not finite; no component.
+pub fn displacement(document: &Document, text: &Spanned<toml::Value>) -> Result<[Option<f64>; 3], Mistake> {
+    let wrong = |found: String| {
+        let message = format!(
+            "found {found}, expected [dx, dy, dz] in mm, or for instance {{ z = -2.0 }} where x and y stay free"
+        );
+        document.mistake(&text.span(), message)
+    };
+    let value = text.get_ref();
+    let mut moved = [None; 3];
+    match value {
+        toml::Value::Array(list) if list.len() == 3 => {
+            for (component, item) in moved.iter_mut().zip(list) {
+                *component = Some(number(item).ok_or_else(|| wrong(value.to_string()))?);
+            }
+        }
+        toml::Value::Table(table) if !table.is_empty() => {
+            for (key, item) in table {
+                let c = ["x", "y", "z"].iter().position(|k| k == key);
+                let c = c.ok_or_else(|| wrong(format!("the component {key:?}")))?;
+                moved[c] = Some(number(item).ok_or_else(|| wrong(format!("{key} = {item}")))?);
+            }
+        }
+        other => return Err(wrong(other.to_string())),
+    }
+    Ok(moved)
 }
 
 fn number(value: &toml::Value) -> Option<f64> {

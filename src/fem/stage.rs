@@ -85,7 +85,7 @@ pub struct Support {
 
 impl Support {
     /// The sum of a nodal field, `(nodes)`, over what the support holds.
-    fn sum(&self, field: &[Vec3]) -> Vec3 {
+    pub(super) fn sum(&self, field: &[Vec3]) -> Vec3 {
         let part = |&(node, held): &(usize, Constrained)| {
             let value = field[node];
             Vec3::from([0, 1, 2].map(|c| if held[c] { value[c] } else { 0.0 }))
@@ -236,7 +236,7 @@ impl Stage {
 
 /// Each level's increment from the one before (from rest for the first) in `steps` equal parts; the levels themselves
 /// stay what they are, bit for bit.
-fn stepped(factors: &[f64], steps: usize) -> Vec<f64> {
+pub(super) fn stepped(factors: &[f64], steps: usize) -> Vec<f64> {
     let mut all = Vec::with_capacity(factors.len() * steps);
     let mut before = 0.0;
     for &factor in factors {

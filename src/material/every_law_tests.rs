@@ -179,7 +179,7 @@ fn sample(rng: &mut Xoshiro256PlusPlus, trial: usize) -> Mandel {
     };
     let diagonal = Mandel::new(e[0], e[1], e[2], 0.0, 0.0, 0.0);
     // Every second one on the axes, where equal strains are equal to the last bit.
-    if trial % 2 == 0 {
+    if trial.is_multiple_of(2) {
         diagonal
     } else {
         turn(&diagonal, &rotation(rng))

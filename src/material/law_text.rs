@@ -35,6 +35,8 @@ pub type Number = Option<Spanned<f64>>;
 pub struct LawText {
     /// The name under which a file holds the material; the law does not use it.
     pub id: Option<Spanned<String>>,
+    /// Mass per volume; the law does not use it.
+    pub density: Quantity,
     /// The law; `linear` if nothing is said.
     pub law: Option<Spanned<String>>,
     /// Which form of the law.
@@ -419,7 +421,7 @@ impl LawText {
     /// Refuses every field that is not in `fields`.
     pub(super) fn only(&self, law: &str, fields: &[&str]) -> Result<(), LawTextError> {
         for (name, span) in self.places() {
-            let expected = name == "id" || name == "law" || fields.contains(&name);
+            let expected = ["id", "density", "law"].contains(&name) || fields.contains(&name);
             if let (Some(_), false) = (span, expected) {
                 let message = format!(
                     "no field of a material that is {law}: expected {}",
@@ -493,6 +495,7 @@ impl LawText {
         }
         vec![
             ("id", span(&self.id)),
+            ("density", span(&self.density)),
             ("law", span(&self.law)),
             ("form", span(&self.form)),
             ("young", span(&self.young)),

@@ -83,12 +83,12 @@ impl Logarithmic {
             v / beta
         };
         self.energy += 2.0 * shear / (exponent * exponent) * (p[0] + p[1] + p[2] + volume);
-        for i in 0..3 {
-            self.tau[i] += 2.0 * shear / exponent * (p[i] - v);
-            for j in 0..3 {
-                self.slope[i][j] += 2.0 * shear * beta * (v + 1.0);
+        for (i, p) in p.iter().enumerate() {
+            self.tau[i] += 2.0 * shear / exponent * (p - v);
+            for slope in &mut self.slope[i] {
+                *slope += 2.0 * shear * beta * (v + 1.0);
             }
-            self.slope[i][i] += 2.0 * shear * (p[i] + 1.0);
+            self.slope[i][i] += 2.0 * shear * (p + 1.0);
         }
     }
 

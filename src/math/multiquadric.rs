@@ -108,8 +108,8 @@ impl<const D: usize, const V: usize> Multiquadric<D, V> {
         let mut f = self.constant;
         for (centre, weight) in self.centres.iter().zip(&self.weights) {
             let kernel = kernel(&difference(q, centre), self.offset);
-            for k in 0..V {
-                f[k] += weight[k] * kernel;
+            for (f, w) in f.iter_mut().zip(weight) {
+                *f += w * kernel;
             }
         }
         f
@@ -127,13 +127,13 @@ impl<const D: usize, const V: usize> Multiquadric<D, V> {
             let kernel = kernel(&x, self.offset);
             let inverse = if kernel > 0.0 { 1.0 / kernel } else { 0.0 };
             let unit = x.map(|x| x * inverse);
-            for k in 0..V {
-                jet.value[k] += weight[k] * kernel;
+            for (k, w) in weight.iter().enumerate() {
+                jet.value[k] += w * kernel;
                 for a in 0..D {
-                    jet.gradient[k][a] += weight[k] * unit[a];
+                    jet.gradient[k][a] += w * unit[a];
                     for b in 0..D {
                         let identity = if a == b { 1.0 } else { 0.0 };
-                        jet.hessian[k][a][b] += weight[k] * inverse * (identity - unit[a] * unit[b]);
+                        jet.hessian[k][a][b] += w * inverse * (identity - unit[a] * unit[b]);
                     }
                 }
             }

@@ -4,4 +4,5 @@ mod export;
 mod python;
 mod shapes;
 mod tiling;
+mod volumes;
 mod vtu;

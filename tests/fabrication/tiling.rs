@@ -2,7 +2,8 @@
 
 use crate::shapes::{around, ball, block, sole};
 use pliant::fabrication::tiling::check::{Contacts, check_tiling};
-use pliant::fabrication::tiling::{LevelSet, Part, Tiling, TilingError, TilingOptions, tile};
+use pliant::fabrication::tiling::{Part, Tiling, TilingError, TilingOptions, tile};
+use pliant::geometry::cutting::{CutError, LevelSet};
 use pliant::math::{Mat3, Vec3};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -387,7 +388,7 @@ fn mistakes_are_named() {
     let nan: LevelSet = &|_| f64::NAN;
     assert!(matches!(
         tile(&f, unit, &[nan], &all, &spacing(0.1)),
-        Err(TilingError::NotFinite { .. })
+        Err(TilingError::Cut(CutError::NotFinite { .. }))
     ));
     assert!(matches!(
         tile(&f, unit, &[], &|_| None, &spacing(0.1)),

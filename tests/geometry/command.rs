@@ -112,6 +112,45 @@ fn mistakes_end_with_two_and_say_what_to_write() {
 }
 
 #[test]
+fn tetrahedra_are_written_with_their_layer_and_their_quality() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (stl, vtu) = (path("block.stl"), path("block.vtu"));
+    assert_eq!(pliant(&["object", "block", "--out", &stl]).status.code(), Some(0));
+    let mesh = [
+        "object",
+        "--json",
+        "tetrahedra",
+        &stl,
+        "--unit",
+        "mm",
+        "--edge",
+        "8mm",
+    ];
+    let said = |more: &[&str]| -> Value {
+        let answer = pliant(&[&mesh[..], more].concat());
+        assert_eq!(answer.status.code(), Some(0), "{}", text(&answer.stderr));
+        serde_json::from_slice(&answer.stdout).unwrap()
+    };
+    let plain = said(&["--layers", "5", "--out", &vtu]);
+    assert_eq!(plain["layers"], 5);
+    // 50 × 40 × 25 mm in five layers of 5 mm: 6 × 5 × 5 boxes of six tetrahedra.
+    assert_eq!(plain["tetrahedra"], 900);
+    assert!(plain["least_dihedral_deg"].as_f64().unwrap() > 10.0);
+    assert!(plain["volume_error"].as_f64().unwrap().abs() < 1e-9);
+    let written = std::fs::read(&vtu).unwrap();
+    assert!(written.windows(11).any(|w| w == b"Name=\"cell\""));
+    // Other values go somewhere.
+    assert_eq!(said(&["--least-angle", "20"])["bound_deg"], 20.0);
+    assert_ne!(said(&["--layers", "5", "--axis", "x"])["nodes"], plain["nodes"]);
+    let short = pliant(&["object", "tetrahedra", &stl, "--unit", "mm", "--edge", "8mm"]);
+    assert!(text(&short.stdout).contains("dihedral angles"));
+    let wrong = pliant(&[&mesh[..], &["--out", &path("block.obj")]].concat());
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(text(&wrong.stderr).contains(".vtu"));
+}
+
+#[test]
 fn a_hopeless_scan_is_a_negative_answer() {
     let Some(path) = shared("objects/sheepskin_boot.obj") else {
         return;

@@ -5,3 +5,4 @@ mod bench;
 mod layouts;
 mod outputs;
 mod physics;
+mod volumes;

@@ -22,23 +22,21 @@
 //! Valid for objects and cells thicker than about one lattice spacing `h`; sharp rims away from the planes of the
 //! bounds lose about `h²/8` of cross-section. [`TilingOptions::volume_mm3`] makes such a loss an error.
 //!
-//! Rooms: `complex` (the tetrahedra and the lattice), `cut`, `warp`, `border` (the parts' meshes), and [`check`],
-//! which says whether meshes do tile.
+//! The cutting itself is [`crate::geometry::cutting`]. Rooms: `border` (the parts' meshes), and [`check`], which says
+//! whether meshes do tile.
 
 mod border;
 pub mod check;
-mod complex;
-mod cut;
-mod warp;
 
+use crate::geometry::cutting::complex::{
+    self, Complex, FIRST_INTERFACE_BIT, MAX_INTERFACES, SURFACE_BIT, even_lines,
+};
+use crate::geometry::cutting::cut::{self, Keep, Knife};
+use crate::geometry::cutting::labels::labels;
+use crate::geometry::cutting::{CutError, LevelSet};
 use crate::geometry::surface::TriMesh;
 use crate::math::Vec3;
-use complex::{Complex, FIRST_INTERFACE_BIT, MAX_INTERFACES, SURFACE_BIT};
-use cut::{Keep, Knife};
 use thiserror::Error;
-
-/// A function of a point \[mm\], zero on an interface; its values need a sign and to be continuous, no more.
-pub type LevelSet<'a> = &'a (dyn Fn(&Vec3) -> f64 + Sync);
 
 /// Most lattice nodes that a tiling may ask for; at this size it needs some 4 GB.
 const MAX_NODES: f64 = 8.0e6;
@@ -46,6 +44,9 @@ const MAX_NODES: f64 = 8.0e6;
 const DEFAULT_BOXES: f64 = 1.0e5;
 /// How often the default spacing is made finer for the volume's sake, and by how much.
 const REFINEMENTS: (usize, f64) = (3, 0.75);
+/// A crossing nearer than this to a vertex, over the spacing, moves it. More would make better tetrahedra, which nobody
+/// prints.
+const NEAR: f64 = 0.15;
 /// The object's level set is taken at this fraction of the bounds' diagonal above zero, so that lattice nodes on one
 /// of its flat faces count as inside in spite of rounding.
 const RIND: f64 = 1e-8;
@@ -171,13 +172,8 @@ pub enum TilingError {
         most: usize,
     },
     /// A level set without an answer.
-    #[error("{what} is not a finite number at {point:?} mm")]
-    NotFinite {
-        /// Which function.
-        what: String,
-        /// Where.
-        point: [f64; 3],
-    },
+    #[error(transparent)]
+    Cut(#[from] CutError),
     /// Nothing inside.
     #[error(
         "no lattice node or label lies inside the object at a spacing of {spacing:.4} mm; use a smaller spacing"
@@ -268,7 +264,7 @@ fn tile_at(
 ) -> Result<Tiling, TilingError> {
     let rind = RIND * (bounds.1 - bounds.0).norm();
     let raised = |x: &Vec3| surface(x) - rind;
-    let (mut complex, values) = Complex::lattice(&raised, bounds, spacing)?;
+    let (mut complex, values) = Complex::lattice(&raised, &even_lines(bounds, spacing))?;
     let h = complex.boxes.min();
     cut::cut(
         &mut complex,
@@ -278,6 +274,7 @@ fn tile_at(
             bit: SURFACE_BIT,
             keep: Keep::Negative,
             h,
+            near: NEAR,
         },
     );
     for (i, level) in level_sets.iter().enumerate() {
@@ -291,10 +288,11 @@ fn tile_at(
                 bit,
                 keep: Keep::Both,
                 h,
+                near: NEAR,
             },
         );
     }
-    let labels = border::labels(&complex, level_sets, label);
+    let labels = labels(&complex, level_sets, label);
     let parts = border::parts(&mut complex, labels)?;
     finish(parts, complex.boxes, spacing, options)
 }

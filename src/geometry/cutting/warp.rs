@@ -1,6 +1,6 @@
 //! Moving vertices that a cut passes closely onto it, before it is made.
 //!
-//! A crossing at distance `d` from the nearer end `v` of its edge would leave an edge of length `d`. For `d ≤ 0.15 h`
+//! A crossing at distance `d` from the nearer end `v` of its edge would leave an edge of length `d`. For `d ≤ near · h`
 //! the vertex is moved to the crossing, if it
 //!
 //! - stays on every plane and surface on which it lies: the edge's other end lies on all of them, too;
@@ -13,8 +13,6 @@
 use super::complex::{Complex, SURFACE_BIT};
 use super::cut::{Crossing, Keep, Knife};
 
-/// A crossing nearer than this, over `h`, moves its vertex.
-const NEAR: f64 = 0.15;
 /// A crossing nearer than this, over `h`, is taken to be at its vertex even where that may not move.
 const AT: f64 = 1e-3;
 /// Least share of its volume that a tetrahedron must keep when a vertex moves.
@@ -67,8 +65,8 @@ fn candidates<'a>(complex: &Complex, crossings: &'a [Crossing], knife: &Knife) -
         } else {
             (b, a, distance(b))
         };
-        let may_move =
-            distance <= NEAR * knife.h && complex.on[vertex as usize] & !complex.on[other as usize] == 0;
+        let may_move = distance <= knife.near * knife.h
+            && complex.on[vertex as usize] & !complex.on[other as usize] == 0;
         if may_move || distance <= AT * knife.h {
             found.push(Candidate {
                 vertex,
@@ -149,6 +147,7 @@ mod tests {
             bit: FIRST_INTERFACE_BIT,
             keep: Keep::Both,
             h: 1.0,
+            near: 0.15,
         };
         warp(
             &mut complex,
@@ -179,6 +178,7 @@ mod tests {
             bit: FIRST_INTERFACE_BIT,
             keep: Keep::Both,
             h: 1.0,
+            near: 0.15,
         };
         let mut values = vec![1.0; 5];
         let crossing = Crossing {

@@ -1,6 +1,6 @@
 //! The tetrahedra that are cut, and the lattice that they start from.
 
-use super::{LevelSet, TilingError};
+use super::{CutError, LevelSet};
 use crate::math::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -8,15 +8,15 @@ use std::collections::HashMap;
 /// A vertex's bits 0 to 5 say that it lies on the lower or upper plane of the bounds in x, y, z; it never leaves them.
 const PLANES: u32 = 6;
 /// A vertex's bit for the object's own surface.
-pub(super) const SURFACE_BIT: u32 = PLANES;
+pub const SURFACE_BIT: u32 = PLANES;
 /// The first of a vertex's bits for interfaces between design cells.
-pub(super) const FIRST_INTERFACE_BIT: u32 = SURFACE_BIT + 1;
+pub const FIRST_INTERFACE_BIT: u32 = SURFACE_BIT + 1;
 /// As many interfaces as there are bits left.
-pub(super) const MAX_INTERFACES: usize = (u128::BITS - FIRST_INTERFACE_BIT) as usize;
+pub const MAX_INTERFACES: usize = (u128::BITS - FIRST_INTERFACE_BIT) as usize;
 
 /// A tetrahedron of positive volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Tet {
+pub struct Tet {
     /// Its vertices, `(4)`; seen from the first, the other three run counter-clockwise around the far side's outside.
     pub v: [u32; 4],
     /// Which side of every interface it lies on: an index into [`Complex::sides`].
@@ -39,7 +39,7 @@ impl Tet {
 
 /// A conforming set of tetrahedra: two of them share a whole face, a whole edge, a vertex, or nothing.
 #[derive(Debug)]
-pub(super) struct Complex {
+pub struct Complex {
     /// Vertex positions, `(n × 3)` \[mm\].
     pub points: Vec<Vec3>,
     /// For each vertex, the planes and surfaces that it lies on, one bit each.
@@ -48,28 +48,23 @@ pub(super) struct Complex {
     pub tets: Vec<Tet>,
     /// For each class, the side of each interface cut so far: true where the level set is positive.
     pub sides: Vec<Vec<bool>>,
-    /// Edge lengths of a lattice box, `(3)` \[mm\].
+    /// Shortest distances between neighbouring planes of the lattice, `(3)` \[mm\].
     pub boxes: Vec3,
 }
 
 impl Complex {
-    /// Lattice tetrahedra over the bounds, without those boxes that lie outside with all their corners, and the
-    /// level set at every vertex kept.
-    pub fn lattice(
-        surface: LevelSet,
-        (low, high): (Vec3, Vec3),
-        spacing: f64,
-    ) -> Result<(Self, Vec<f64>), TilingError> {
-        let n: [usize; 3] = std::array::from_fn(|k| (((high[k] - low[k]) / spacing).ceil() as usize).max(1));
-        let boxes = Vec3::from_fn(|k, _| (high[k] - low[k]) / n[k] as f64);
+    /// Lattice tetrahedra between the planes at `lines`, ascending coordinates along x, y and z \[mm\], at least two each,
+    /// without those boxes that lie outside with all their corners; and the level set at every vertex kept.
+    ///
+    /// # Errors
+    /// [`CutError::NotFinite`] where the level set has no answer.
+    pub fn lattice(surface: LevelSet, lines: &[Vec<f64>; 3]) -> Result<(Self, Vec<f64>), CutError> {
+        let n: [usize; 3] = std::array::from_fn(|k| lines[k].len() - 1);
+        let boxes = Vec3::from_fn(|k, _| {
+            let steps = lines[k].windows(2).map(|pair| pair[1] - pair[0]);
+            steps.fold(f64::INFINITY, f64::min)
+        });
         let nodes = n.map(|n| n + 1);
-        let at = |i: usize, k: usize| {
-            if i == n[k] {
-                high[k]
-            } else {
-                low[k] + boxes[k] * i as f64
-            }
-        };
         let split = |id: usize| {
             [
                 id % nodes[0],
@@ -79,14 +74,14 @@ impl Complex {
         };
         let point = |id: usize| {
             let i = split(id);
-            Vec3::new(at(i[0], 0), at(i[1], 1), at(i[2], 2))
+            Vec3::new(lines[0][i[0]], lines[1][i[1]], lines[2][i[2]])
         };
         let values: Vec<f64> = (0..nodes.iter().product())
             .into_par_iter()
             .map(|id| surface(&point(id)))
             .collect();
         if let Some(id) = values.iter().position(|f| !f.is_finite()) {
-            return Err(TilingError::NotFinite {
+            return Err(CutError::NotFinite {
                 what: "the surface's distance".into(),
                 point: point(id).into(),
             });
@@ -140,7 +135,7 @@ impl Complex {
 
 /// New classes for one interface: each old class's two sides.
 #[derive(Debug, Default)]
-pub(super) struct Classes(HashMap<(u32, bool), u32>);
+pub struct Classes(HashMap<(u32, bool), u32>);
 
 impl Classes {
     /// The class of pieces of `parent` on one side of the interface being cut.
@@ -155,19 +150,26 @@ impl Classes {
 }
 
 /// A level set at all points, or the first point where it is not finite.
-pub(super) fn sample(
-    level: LevelSet,
-    points: &[Vec3],
-    what: impl Fn() -> String,
-) -> Result<Vec<f64>, TilingError> {
+pub fn sample(level: LevelSet, points: &[Vec3], what: impl Fn() -> String) -> Result<Vec<f64>, CutError> {
     let values: Vec<f64> = points.par_iter().map(level).collect();
     match values.iter().position(|f| !f.is_finite()) {
-        Some(i) => Err(TilingError::NotFinite {
+        Some(i) => Err(CutError::NotFinite {
             what: what(),
             point: points[i].into(),
         }),
         None => Ok(values),
     }
+}
+
+/// Coordinates `(3 × n)` \[mm\] that divide each extent of the bounds evenly, by `spacing` \[mm\] or a little less.
+pub fn even_lines((low, high): (Vec3, Vec3), spacing: f64) -> [Vec<f64>; 3] {
+    std::array::from_fn(|k| {
+        let n = (((high[k] - low[k]) / spacing).ceil() as usize).max(1);
+        let step = (high[k] - low[k]) / n as f64;
+        let mut lines: Vec<f64> = (0..n).map(|i| low[k] + step * i as f64).collect();
+        lines.push(high[k]);
+        lines
+    })
 }
 
 /// Calls `visit` with the eight nodes of each box, x fastest.
@@ -215,7 +217,7 @@ mod tests {
     #[test]
     fn lattice_fills_its_bounds() {
         let (low, high) = (Vec3::new(-1.0, 0.0, 2.0), Vec3::new(1.0, 1.0, 3.5));
-        let (complex, values) = Complex::lattice(&|_| -1.0, (low, high), 0.4).expect("a box");
+        let (complex, values) = Complex::lattice(&|_| -1.0, &even_lines((low, high), 0.4)).expect("a box");
         assert_eq!(values.len(), complex.points.len());
         let volumes: Vec<f64> = complex
             .tets

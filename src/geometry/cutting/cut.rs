@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 /// Which side stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Keep {
+pub enum Keep {
     /// Only where the level set is negative: the object's own surface.
     Negative,
     /// Both sides, told apart by their class: an interface.
@@ -16,7 +16,7 @@ pub(super) enum Keep {
 }
 
 /// What cuts.
-pub(super) struct Knife<'a> {
+pub struct Knife<'a> {
     /// Zero on the surface to cut along.
     pub level: LevelSet<'a>,
     /// The bit of vertices on it.
@@ -25,11 +25,13 @@ pub(super) struct Knife<'a> {
     pub keep: Keep,
     /// Shortest edge of a lattice box \[mm\].
     pub h: f64,
+    /// A crossing nearer than this to a vertex, over `h`, moves it.
+    pub near: f64,
 }
 
 /// Where an edge meets the surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Crossing {
+pub struct Crossing {
     /// The edge's ends, the smaller number first.
     pub ends: (u32, u32),
     /// The place \[mm\].
@@ -37,7 +39,7 @@ pub(super) struct Crossing {
 }
 
 /// Cuts every tetrahedron that the surface passes, given the level set at the vertices.
-pub(super) fn cut(complex: &mut Complex, mut values: Vec<f64>, knife: &Knife) {
+pub fn cut(complex: &mut Complex, mut values: Vec<f64>, knife: &Knife) {
     // A thousandth of what single precision resolves over the object: rounding in the level set, no geometry.
     let noise = 1e-10 * complex.points.iter().map(|p| p.amax()).fold(0.0, f64::max);
     for (value, on) in values.iter_mut().zip(&mut complex.on) {
@@ -319,6 +321,7 @@ mod tests {
                     bit: 7,
                     keep: Keep::Both,
                     h: 1.0,
+                    near: 0.15,
                 };
                 split_all(&mut complex, &values, &middles, &knife);
                 let volumes: Vec<f64> = complex.tets.iter().map(|t| complex.six_volumes(t.v)).collect();

@@ -1,0 +1,157 @@
+//! `pliant simulate` for a scene on a volume mesh.
+
+use super::simulate::{Arguments, keep};
+use super::terminal::{say, warn};
+use super::{Answer, stop};
+use crate::design::found::sha256;
+use crate::fem::volume_scene::VolumeScene;
+use crate::fem::volume_scene::record::{LevelFields, VolumeCaseRecord, series, write_level_vtu};
+use crate::fem::volume_scene::stage::VolumeStage;
+use crate::units::document::Document;
+use miette::{IntoDiagnostic, WrapErr};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// Simulates the scene in `document`.
+///
+/// # Errors
+/// A scene, a material or a mesh that is wrong; files that cannot be written.
+pub fn run(arguments: &Arguments, document: Document) -> miette::Result<Answer> {
+    let began = Instant::now();
+    let scene = VolumeScene::read(document, &arguments.db).into_diagnostic()?;
+    let stage = VolumeStage::new(&scene).into_diagnostic()?;
+    if !arguments.json {
+        say(&format!(
+            "{}: {} elements, {} nodes, {} regions; {} load cases",
+            scene.name,
+            scene.file.mesh.elements.len(),
+            scene.file.mesh.nodes.len(),
+            scene.regions.len(),
+            stage.cases.len()
+        ));
+    }
+    let flag = stop::flag();
+    let outcomes = stage
+        .simulate(&scene.options, scene.steps, &|| flag.load(Ordering::Relaxed))
+        .into_diagnostic()
+        .wrap_err_with(|| scene.document.file.display().to_string())?;
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        let beside = arguments.scene.parent().unwrap_or(Path::new(""));
+        beside.join("simulated")
+    });
+    let mut records = Vec::new();
+    for (case, outcome) in stage.cases.iter().zip(&outcomes) {
+        let fields: Vec<LevelFields> = outcome
+            .levels
+            .iter()
+            .map(|u| LevelFields::new(&scene, &stage, case, u))
+            .collect();
+        let mut files = Vec::new();
+        for (k, own) in fields.iter().enumerate() {
+            let mut bytes = Vec::new();
+            write_level_vtu(&mut bytes, &scene, outcome, k, own).into_diagnostic()?;
+            let name = if k + 1 == fields.len() {
+                format!("{}.vtu", case.name)
+            } else {
+                format!("{}-{:03}.vtu", case.name, k + 1)
+            };
+            keep(&folder.join(&name), &bytes)?;
+            files.push((case.loading.level(k), name));
+        }
+        if files.len() > 1 {
+            keep(
+                &folder.join(format!("{}.pvd", case.name)),
+                series(&files).as_bytes(),
+            )?;
+        }
+        records.push(VolumeCaseRecord::new(&scene, &stage, case, outcome, &fields));
+    }
+    let mut warnings = scene.warnings();
+    warnings.extend(records.iter().flat_map(|r| r.warnings.iter().cloned()));
+    let record = record(&scene, &records, &warnings);
+    keep(&folder.join("simulated.json"), format!("{record:#}\n").as_bytes())?;
+    tell(
+        arguments,
+        record,
+        &records,
+        &warnings,
+        &folder,
+        began.elapsed().as_secs_f64(),
+    );
+    let complete = records.iter().all(|r| r.complete);
+    Ok(if complete { Answer::Done } else { Answer::Negative })
+}
+
+/// `simulated.json`: no times, so that equal runs leave equal files.
+fn record(scene: &VolumeScene, records: &[VolumeCaseRecord], warnings: &[String]) -> Value {
+    let regions = scene.regions.iter().map(|region| {
+        json!({
+            "name": region.name,
+            "material": scene.materials[region.material].id,
+            "material_id": region.material,
+            "elements": region.elements,
+        })
+    });
+    json!({
+        "schema": 1,
+        "pliant": env!("CARGO_PKG_VERSION"),
+        "name": scene.name,
+        "scene": scene.document.file,
+        "scene_sha256": sha256(scene.document.text.as_bytes()),
+        "elements": scene.file.mesh.elements.len(),
+        "nodes": scene.file.mesh.nodes.len(),
+        "node_numbers": scene.file.node_numbers,
+        "element_numbers": scene.file.element_numbers,
+        "tolerance": scene.options.tolerance,
+        "steps": scene.steps,
+        "materials": scene.materials.iter().map(|m| &m.id).collect::<Vec<_>>(),
+        "regions": regions.collect::<Vec<_>>(),
+        "cases": records,
+        "warnings": warnings,
+    })
+}
+
+fn tell(
+    arguments: &Arguments,
+    mut record: Value,
+    records: &[VolumeCaseRecord],
+    warnings: &[String],
+    folder: &PathBuf,
+    seconds: f64,
+) {
+    for warning in warnings {
+        warn(&format!("warning: {warning}"));
+    }
+    if arguments.json {
+        record["folder"] = json!(folder);
+        record["seconds"] = json!(seconds);
+        say(&format!("{record:#}"));
+        return;
+    }
+    for record in records {
+        let Some(level) = record.levels.last() else {
+            say(&format!("{}: no level was reached", record.name));
+            continue;
+        };
+        let size = |u: &[f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let most = level.displacements_mm.iter().map(size).fold(0.0, f64::max);
+        say(&format!(
+            "{}: {} levels, largest move {most:.4} mm, residual {:.1e}, {} factorisations",
+            record.name,
+            record.levels.len(),
+            record.residual,
+            record.work.factorisations
+        ));
+        for support in &level.supports {
+            // Adding zero turns −0 into 0.
+            let [x, y, z] = support.force_n.map(|f| (1e4 * f).round() / 1e4 + 0.0);
+            say(&format!(
+                "  {}: force ({x:.4}, {y:.4}, {z:.4}) N",
+                support.support
+            ));
+        }
+    }
+    say(&format!("files  {}", folder.display()));
+}
