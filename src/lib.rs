@@ -17,7 +17,8 @@
 //! | 6 | [`design`] | goals, layouts and their errors, bounds, search | fem, material, numerics, geometry, math, units |
 //! | 7 | [`fabrication`] | a layout to per-material meshes, 3MF, STL | design, material, geometry, math, units |
 //! | 8 | [`report`] | plots, tables, pages, pictures made from the results above | all below |
-//! | 9 | [`cli`] | one file per subcommand: arguments, checked options, library, report | all |
+//! | 9 | [`verify`] | checks of the mechanics against closed forms, other programs and measurements | all below |
+//! | 10 | [`cli`] | one file per subcommand: arguments, checked options, library, report | all |
 
 pub mod cli;
 pub mod design;
@@ -30,3 +31,4 @@ pub mod math;
 pub mod numerics;
 pub mod report;
 pub mod units;
+pub mod verify;

@@ -14,7 +14,7 @@ struct Room {
     uses: &'static [&'static str],
 }
 
-const PLAN: [Room; 11] = [
+const PLAN: [Room; 12] = [
     Room {
         floor: 0,
         folder: "math",
@@ -67,6 +67,11 @@ const PLAN: [Room; 11] = [
     },
     Room {
         floor: 9,
+        folder: "verify",
+        uses: ALL_BELOW,
+    },
+    Room {
+        floor: 10,
         folder: "cli",
         uses: ALL_BELOW,
     },

@@ -2,7 +2,6 @@
 
     python3 -m venv target/peers/venv && target/peers/venv/bin/pip install felupe pypardiso
     apt-get install calculix-ccx                       # or any `ccx` on the path
-    cargo bench --bench load_curve --no-run
     target/peers/venv/bin/python benches/peers/block.py [--cells 7 8 5] [--rounds 3]
 
 A block of 50 x 50 x 25 mm in structured tetrahedra (six a cell, Kuhn), clamped below, 15 N spread evenly over the top
@@ -125,10 +124,11 @@ def felupe(counts):
     return cpu, down
 
 
-def pliant(counts):
+def pliant(counts, program):
     folder = pathlib.Path(__file__).resolve().parents[2]
-    command = ["cargo", "bench", "--quiet", "--bench", "load_curve", "--", "--peer"]
-    done = subprocess.run(command + [f"--cells={','.join(map(str, counts))}"], cwd=folder, capture_output=True, text=True)
+    command = [program] if program else ["cargo", "bench", "--quiet", "--bench", "load_curve", "--"]
+    command += ["--peer", f"--cells={','.join(map(str, counts))}"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     found = re.search(r"ten steps: ([\d.]+) ms .* (-[\d.]+) mm", done.stdout)
     if done.returncode != 0 or found is None:
         return None
@@ -139,9 +139,10 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--cells", type=int, nargs=3, default=[7, 8, 5])
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--pliant", help="the built bench, target/release/deps/load_curve-...; by cargo if not given")
     options = parser.parse_args()
     counts = tuple(options.cells)
-    codes = {"pliant": pliant, "CalculiX + SPOOLES": calculix, "FElupe + Pardiso": felupe}
+    codes = {"pliant": lambda counts: pliant(counts, options.pliant), "CalculiX + SPOOLES": calculix, "FElupe + Pardiso": felupe}
     found = {name: [] for name in codes}
     for _ in range(options.rounds):
         for name, run in codes.items():

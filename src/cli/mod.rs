@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 //!
-//! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`object`]; what they share: [`terminal`] (output), [`progress`] (a
+//! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`object`], [`verify`]; what they share: [`terminal`] (output), [`progress`] (a
 //! bar while a search runs), [`stop`] (Ctrl-C).
 
 pub mod db;
@@ -14,6 +14,7 @@ pub mod simulate;
 mod simulate_volume;
 pub mod stop;
 pub mod terminal;
+pub mod verify;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -40,6 +41,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Makes the surface of a simple object, or inspects any mesh file
     Object(object::Arguments),
+    /// Checks the mechanics against closed forms, other programs and measurements
+    Verify(verify::Arguments),
 }
 
 /// What a command found out, once it ran to its end.
@@ -82,5 +85,6 @@ fn run(cli: &Cli) -> miette::Result<Answer> {
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
         Command::Object(arguments) => object::run(arguments),
+        Command::Verify(arguments) => verify::run(arguments),
     }
 }

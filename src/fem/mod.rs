@@ -1,13 +1,19 @@
 //! Quasi-static finite elements for soft objects (Bickel 2010, sections 7.2 and 8.2).
 //!
-//! Rooms: [`elements`] (integration points) and [`patches`] (tetrahedra that share), [`forces`] (internal forces), [`stiffness`] (secant and tangent), [`model`]
-//! (unknowns and the sparse matrix), [`equilibrium`] (the solve), [`load_curve`] (what it is given and answers);
-//! [`contact`] (rigid probes and floors, with a solve of their own);
-//! [`example`] (force–displacement examples), [`setup`], [`regions`] and [`example_text`] (objects, supports, regions and
-//! examples as people write them), [`rig`] (an object on the test bench: materials by cell in, displacements out); [`scene`]
-//! and [`scene_text`] (an object with its materials and what is done to it), [`stage`] (its load cases, simulated),
-//! [`scene_record`] (what that leaves behind), [`scene_materials`] (its materials); [`volume_scene`] (all of that on a mesh
-//! from elsewhere).
+//! | room | holds |
+//! |---|---|
+//! | [`elements`], [`patches`] | integration points; tetrahedra that share a volumetric strain |
+//! | [`forces`], [`stiffness`] | internal forces; secant and tangent |
+//! | [`model`] | unknowns and the sparse matrix |
+//! | [`load_curve`], [`equilibrium`] | what a solve is given and answers; the solve, with Newton's iteration and a diagnosis of why a curve ends |
+//! | [`sensitivity`] | derivatives of displacements with respect to material parameters |
+//! | [`contact`] | rigid probes, floors and surfaces to slide on, with a solve of their own |
+//! | [`example`], [`example_text`] | force–displacement examples |
+//! | [`setup`], [`regions`] | objects, supports and regions as people write them |
+//! | [`rig`] | an object on the test bench: materials by cell in, displacements out |
+//! | [`scene`], [`scene_text`], [`scene_materials`] | an object with its materials and what is done to it |
+//! | [`stage`], [`scene_record`] | a scene's load cases, simulated; what that leaves behind |
+//! | [`volume_scene`] | all of that on a mesh from elsewhere |
 
 pub mod contact;
 mod diagnosis;

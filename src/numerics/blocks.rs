@@ -11,7 +11,9 @@ use crate::math::{Mat3, Vec3};
 use rayon::prelude::*;
 
 /// Rows that one task works on. Small enough to share a coarse level, large enough to hide a task's start.
-const CHUNK: usize = 512;
+pub(super) const CHUNK: usize = 512;
+/// So few rows are done by the calling thread: handing them over and waiting costs more than they do.
+const FEW: usize = 3000;
 
 /// Where the unknowns of a matrix act.
 #[derive(Clone, Debug, PartialEq)]
@@ -226,31 +228,30 @@ impl BlockMatrix<'_> {
         Vec3::from(sum)
     }
 
+    /// What site `i` moves to when its own equations are solved with all others as they are.
+    #[inline(always)]
+    fn relaxed(&self, i: usize, inverses: &[Block], b: &[Vec3], x: &[Vec3]) -> Vec3 {
+        let left = b[i] - self.row_product(i, x);
+        let mut step = [0.0; 3];
+        add_product(&inverses[i], &left, &mut step);
+        x[i] + Vec3::from(step)
+    }
+
     /// `y = A x`, both `(sites)`.
     pub fn product(&self, x: &[Vec3], y: &mut [Vec3]) {
-        y.par_chunks_mut(CHUNK).enumerate().for_each(|(k, y)| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    for (i, y) in self.pattern.rows_of_chunk(k).zip(y) {
-                        *y = self.row_product(i, x);
-                    }
-                },
-            );
+        in_chunks(y, |k, y| {
+            for (i, y) in self.pattern.rows_of_chunk(k).zip(y) {
+                *y = self.row_product(i, x);
+            }
         });
     }
 
     /// `r = b − A x`, all `(sites)`.
     pub fn residual(&self, b: &[Vec3], x: &[Vec3], r: &mut [Vec3]) {
-        r.par_chunks_mut(CHUNK).enumerate().for_each(|(k, r)| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    for (i, r) in self.pattern.rows_of_chunk(k).zip(r) {
-                        *r = b[i] - self.row_product(i, x);
-                    }
-                },
-            );
+        in_chunks(r, |k, r| {
+            for (i, r) in self.pattern.rows_of_chunk(k).zip(r) {
+                *r = b[i] - self.row_product(i, x);
+            }
         });
     }
 
@@ -264,22 +265,28 @@ impl BlockMatrix<'_> {
         x: &mut [Vec3],
         fresh: &mut Vec<Vec3>,
     ) {
+        if rows.len() <= FEW {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for &i in rows {
+                        x[i as usize] = self.relaxed(i as usize, inverses, b, x);
+                    }
+                },
+            );
+            return;
+        }
         fresh.resize(rows.len(), Vec3::zeros());
         let old = &*x;
-        let per_task = CHUNK / 4;
         fresh
-            .par_chunks_mut(per_task)
-            .zip(rows.par_chunks(per_task))
+            .par_chunks_mut(CHUNK)
+            .zip(rows.par_chunks(CHUNK))
             .for_each(|(fresh, rows)| {
                 pulp::Arch::new().dispatch(
                     #[inline(always)]
                     || {
                         for (fresh, &i) in fresh.iter_mut().zip(rows) {
-                            let i = i as usize;
-                            let left = b[i] - self.row_product(i, old);
-                            let mut step = [0.0; 3];
-                            add_product(&inverses[i], &left, &mut step);
-                            *fresh = old[i] + Vec3::from(step);
+                            *fresh = self.relaxed(i as usize, inverses, b, old);
                         }
                     },
                 );
@@ -320,6 +327,22 @@ fn inverse(block: &Block) -> Option<Block> {
     }
     // The inverse is symmetric: its columns are its rows.
     inverse.as_slice().try_into().ok()
+}
+
+/// Fills `out` by chunks of rows, side by side if there are many; `rows` is given the number of the chunk.
+#[inline(always)]
+pub(super) fn in_chunks(out: &mut [Vec3], rows: impl Fn(usize, &mut [Vec3]) + Sync) {
+    let fill = |(k, out): (usize, &mut [Vec3])| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || rows(k, out),
+        );
+    };
+    if out.len() <= FEW {
+        out.chunks_mut(CHUNK).enumerate().for_each(fill);
+    } else {
+        out.par_chunks_mut(CHUNK).enumerate().for_each(fill);
+    }
 }
 
 /// `Σ a·b`, summed in fixed chunks.

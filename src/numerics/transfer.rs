@@ -11,7 +11,7 @@
 //!
 //! Positions in mm, weights without unit. Sources: Brandt 1977 (multilevel), Xu 1996 (auxiliary grids).
 
-use super::blocks::{Block, BlockMatrix, BlockPattern};
+use super::blocks::{Block, BlockMatrix, BlockPattern, CHUNK, in_chunks};
 use crate::math::Vec3;
 use rayon::prelude::*;
 
@@ -225,31 +225,22 @@ impl Transfer {
 
     /// `coarse = Pᵀ fine`.
     pub fn restrict(&self, fine: &[Vec3], coarse: &mut [Vec3]) {
-        coarse
-            .par_iter_mut()
-            .with_min_len(512)
-            .enumerate()
-            .for_each(|(i, c)| {
-                *c = self
-                    .backward
-                    .row(i)
-                    .iter()
-                    .fold(Vec3::zeros(), |sum, &(j, w)| sum + fine[j as usize] * w);
-            });
+        in_chunks(coarse, |k, coarse| {
+            for (i, c) in (k * CHUNK..).zip(coarse) {
+                let weights = self.backward.row(i).iter();
+                *c = weights.fold(Vec3::zeros(), |sum, &(j, w)| sum + fine[j as usize] * w);
+            }
+        });
     }
 
     /// `fine += P coarse`.
     pub fn prolong(&self, coarse: &[Vec3], fine: &mut [Vec3]) {
-        fine.par_iter_mut()
-            .with_min_len(512)
-            .enumerate()
-            .for_each(|(i, f)| {
-                *f = self
-                    .forward
-                    .row(i)
-                    .iter()
-                    .fold(*f, |sum, &(j, w)| sum + coarse[j as usize] * w);
-            });
+        in_chunks(fine, |k, fine| {
+            for (i, f) in (k * CHUNK..).zip(fine) {
+                let weights = self.forward.row(i).iter();
+                *f = weights.fold(*f, |sum, &(j, w)| sum + coarse[j as usize] * w);
+            }
+        });
     }
 
     /// Which blocks `Pᵀ A P` has.

@@ -16,6 +16,7 @@ use pliant::math::Vec3;
 use pliant::units::LengthUnit;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 fn tets(made: &TetMesh) -> &[[u32; 4]] {
     match &made.mesh.elements {
@@ -249,6 +250,28 @@ fn a_curved_region_is_followed() {
     checked(&crossing, 10.0);
     assert!(straddle(&crossing, &cells) > 0.5);
     assert_eq!(crossing.quality.border_distance_mm, 0.0);
+}
+
+/// A ball of radius 8 mm inside a block, given as a surface: a border that meets nothing, 4/3 π r³.
+#[test]
+fn a_region_given_by_its_surface_is_followed() {
+    let solid = Solid::new(block(Vec3::new(50.0, 40.0, 25.0), 2.5).unwrap()).unwrap();
+    let ball = Solid::new(sphere(Vec3::new(24.0, 19.0, 12.0), 8.0, 40)).unwrap();
+    let whole = vec![0.0, 25.0];
+    let cells = Cells::new(
+        vec![
+            layered(Region::Mesh(Arc::new(ball)), Axis::Z, Style::Flat, whole.clone()),
+            layered(Region::Everything, Axis::Z, Style::Flat, whole),
+        ],
+        None,
+    );
+    let made = tetrahedral_mesh(&solid, Some(&cells), &MeshOptions::new(2.5)).unwrap();
+    checked(&made, 10.0);
+    // Chords of up to 4.3 mm lie 0.29 mm deep in a ball of 8 mm: two thirds of that around it all are 7 %.
+    let ball = 4.0 / 3.0 * PI * 512.0;
+    assert_relative_eq!(volume_of(&made, 0), ball, max_relative = 0.07);
+    assert_relative_eq!(made.quality.volume_mm3, 50_000.0, max_relative = 1e-9);
+    assert!(straddle(&made, &cells) < 0.3, "{}", straddle(&made, &cells));
 }
 
 #[test]

@@ -162,3 +162,75 @@ fn drop_crumbs(piece: &mut Workpiece, edge: f64) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cutting::complex::{Complex, even_lines};
+    use crate::math::Vec3;
+
+    /// Of 2 × 2 × 2 boxes of 1 mm those for which `keep` answers true, by the place of their lower corner.
+    fn boxes(keep: impl Fn([bool; 3]) -> bool) -> Workpiece {
+        let lines = even_lines((Vec3::zeros(), Vec3::repeat(2.0)), 1.0);
+        let (mut complex, _) = Complex::lattice(&|_| -1.0, &lines).unwrap();
+        let tets = std::mem::take(&mut complex.tets);
+        complex.tets = tets
+            .into_iter()
+            .filter(|tet| {
+                let centroid = complex.centroid(tet);
+                keep([0, 1, 2].map(|k| centroid[k] > 1.0))
+            })
+            .collect();
+        Workpiece::new(&complex, &vec![0; complex.tets.len()])
+    }
+
+    fn volume(piece: &Workpiece) -> f64 {
+        piece.alive().map(|t| piece.volume(t)).sum()
+    }
+
+    /// The most faces of the border at an edge.
+    fn most_at_an_edge(piece: &Workpiece) -> usize {
+        let mut edges: Vec<[u32; 2]> = border(piece)
+            .into_iter()
+            .flat_map(|([a, b, c], _)| [[a, b], [b, c], [a, c]])
+            .collect();
+        edges.sort_unstable();
+        edges.chunk_by(|e, f| e == f).map(<[_]>::len).max().unwrap_or(0)
+    }
+
+    #[test]
+    fn boxes_that_touch_in_a_corner_get_a_corner_each() {
+        let mut piece = boxes(|upper| upper == [false; 3] || upper == [true; 3]);
+        let vertices = piece.points.len();
+        assert!(mend(&mut piece, 0.5));
+        assert_eq!(piece.points.len(), vertices + 1);
+        assert!((volume(&piece) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn boxes_that_touch_along_an_edge_are_parted() {
+        // Two columns of two boxes, diagonally across from one another; one is longer so that they are not alike.
+        let mut piece = boxes(|[x, y, z]| x == y && !(x && z));
+        assert_eq!(most_at_an_edge(&piece), 4);
+        assert!(mend(&mut piece, 0.5));
+        assert_eq!(most_at_an_edge(&piece), 2);
+        // What goes is less than the smaller of the two.
+        assert!(volume(&piece) > 2.0 && volume(&piece) < 3.0, "{}", volume(&piece));
+    }
+
+    #[test]
+    fn crumbs_go_and_the_largest_piece_stays() {
+        let mut piece = boxes(|upper| upper == [false; 3] || upper == [true, true, false]);
+        // Larger than the cube of an edge, both stay; smaller, the largest does. They share an edge, so one has lost a wedge.
+        assert!(mend(&mut piece, 2.0));
+        assert!((volume(&piece) - 1.0).abs() < 1e-12, "{}", volume(&piece));
+    }
+
+    #[test]
+    fn a_sound_border_stays_as_it_is() {
+        let mut piece = boxes(|_| true);
+        assert!(mend(&mut piece, 0.5));
+        assert_eq!(piece.points.len(), 27);
+        assert!((volume(&piece) - 8.0).abs() < 1e-12);
+    }
+}

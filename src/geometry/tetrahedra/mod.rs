@@ -208,7 +208,7 @@ pub enum MeshError {
     /// The bound is missed.
     #[error(
         "{count} of {elements} tetrahedra have a dihedral angle below {bound_deg}°, the least {least_deg:.2}° near {place:?} mm; \
-         use shorter edges, a lower bound, or a larger slack"
+         use edges no longer than the object and its layers are thick, or a lower bound"
     )]
     BoundMissed {
         /// How many.
