@@ -14,6 +14,7 @@
 
 use super::patches::Patches;
 use crate::geometry::volume::{Elements, KUHN, VolumeMesh};
+use crate::material::law::Law;
 use crate::math::polar_lanes::{Lanes, ZERO};
 use crate::math::{Mat3, Vec3};
 
@@ -29,6 +30,22 @@ pub enum VolumetricStrain {
     Pointwise,
     /// One in each hexahedron or Kuhn cell, and in each patch of tetrahedra.
     Shared,
+}
+
+/// Poisson's ratio above which plain tetrahedra lock noticeably: at 0.45 the bulk modulus is ten times the shear modulus.
+pub const LOCKING_POISSON: f64 = 0.45;
+
+impl VolumetricStrain {
+    /// What `elements` of the materials `laws` need: hexahedra and Kuhn cells always share, tetrahedra where a material's
+    /// Poisson's ratio at rest is above [`LOCKING_POISSON`].
+    pub fn suited<'a>(elements: &Elements, laws: impl IntoIterator<Item = &'a Law>) -> VolumetricStrain {
+        let is_plain = matches!(elements, Elements::Tetrahedra(_));
+        let locks = |law: &Law| law.poisson_ratio_at_rest() > LOCKING_POISSON;
+        if is_plain && !laws.into_iter().any(locks) {
+            return VolumetricStrain::Pointwise;
+        }
+        VolumetricStrain::Shared
+    }
 }
 
 /// One place where strain and stress live.

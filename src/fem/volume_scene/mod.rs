@@ -15,7 +15,7 @@ pub mod text;
 use self::bodies::NamedBody;
 use self::sets::NodeSet;
 use self::text::{FixedText, LoadText, OutputText, VolumeSceneText};
-use super::elements::VolumetricStrain;
+use super::elements::{LOCKING_POISSON, VolumetricStrain};
 use super::equilibrium::Options;
 use super::scene::{self, SCHEMA};
 use super::scene_materials::{SceneMaterial, Shelf};
@@ -113,10 +113,13 @@ impl VolumeScene {
         let strains = strain_levels(&document, &text.output)?;
         let mut shelf = Shelf::new(&document, &text.material, database)?;
         let file = sets::read_mesh(&document, &text.mesh)?;
-        let volumetric = volumetric(&document, &text.mesh.get_ref().volumetric_strain, &file)?;
         let sets = sets::read_sets(&document, &text.set, &file)?;
         let region_of = sets::read_regions(&document, &text.region, &file)?;
         let regions = regions(&document, &text, &mut shelf, &region_of)?;
+        let volumetric = match &text.mesh.get_ref().volumetric_strain {
+            None => VolumetricStrain::suited(&file.mesh.elements, regions.iter().map(|r| &r.law)),
+            Some(asked) => volumetric(&document, asked)?,
+        };
         let materials = shelf.taken;
         let points = points(&document, &text.output, &file)?;
         let bodies = bodies::read_bodies(&document, &text)?;
@@ -165,12 +168,15 @@ impl VolumeScene {
                 region.name
             ));
         }
-        let stiff = self.regions.iter().find(|r| r.law.poisson_ratio_at_rest() > 0.45);
+        let stiff = self
+            .regions
+            .iter()
+            .find(|r| r.law.poisson_ratio_at_rest() > LOCKING_POISSON);
         let is_plain = matches!(self.file.mesh.elements, Elements::Tetrahedra(_))
             && self.volumetric == VolumetricStrain::Pointwise;
         if let (true, Some(region)) = (is_plain, stiff) {
             warnings.push(format!(
-                "region {:?} is nearly incompressible, and plain tetrahedra are too stiff then: consider volumetric_strain = \"shared\" in [mesh]",
+                "region {:?} is nearly incompressible, and plain tetrahedra are too stiff then: leave out volumetric_strain, or set volumetric_strain = \"shared\" in [mesh]",
                 region.name
             ));
         }
@@ -193,22 +199,14 @@ fn strain_levels(document: &Document, text: &OutputText) -> Result<StrainLevels,
     }
 }
 
-fn volumetric(
-    document: &Document,
-    text: &Option<Spanned<String>>,
-    file: &VolumeFile,
-) -> Result<VolumetricStrain, Mistake> {
-    match text.as_ref().map(|t| (t.get_ref().as_str(), t.span())) {
-        None => Ok(match file.mesh.elements {
-            Elements::Tetrahedra(_) => VolumetricStrain::Pointwise,
-            _ => VolumetricStrain::Shared,
-        }),
-        Some(("shared", _)) => Ok(VolumetricStrain::Shared),
-        Some(("pointwise", _)) => Ok(VolumetricStrain::Pointwise),
-        Some((other, span)) => {
+fn volumetric(document: &Document, text: &Spanned<String>) -> Result<VolumetricStrain, Mistake> {
+    match text.get_ref().as_str() {
+        "shared" => Ok(VolumetricStrain::Shared),
+        "pointwise" => Ok(VolumetricStrain::Pointwise),
+        other => {
             let message =
                 format!("found volumetric_strain = {other:?}, expected \"shared\" or \"pointwise\"");
-            Err(document.mistake(&span, message))
+            Err(document.mistake(&text.span(), message))
         }
     }
 }
