@@ -550,3 +550,50 @@ fn rows<const D: usize, const V: usize>(
 pub fn significant(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::hyperelastic::{FoamTerm, OgdenTerm, VolumeEnergy};
+    use crate::math::mandel::Mandel;
+
+    fn round_trip(law: &Law) -> Law {
+        let file = Path::new("a.toml");
+        let text = include_str!("../../materials-db/body-double-silk.toml");
+        let (mut record, _) = MaterialRecord::parse(text, file).unwrap();
+        record.model = Model::of(law, [-0.3, 0.3]).unwrap();
+        let (read, unknown) = MaterialRecord::parse(&record.to_toml().unwrap(), file).unwrap();
+        assert!(unknown.is_empty(), "{unknown:?}");
+        assert_eq!(read.model, record.model);
+        read.law().unwrap()
+    }
+
+    #[test]
+    fn laws_with_an_energy_come_back_from_their_file() {
+        let centres = [[0.0, 0.0, 0.0], [-0.05, 0.2, -0.2]];
+        let range = Range::new([-0.1, 0.0, -0.3], [0.0, 0.3, 0.0]).unwrap();
+        let energy = EnergyRbf::interpolating(&centres, &[[0.1, 0.2], [0.3, 0.4]], 0.1, range).unwrap();
+        let foam = Form::Hyperfoam {
+            terms: vec![FoamTerm {
+                shear_mpa: 0.1,
+                exponent: 4.0,
+                poisson: 0.1,
+            }],
+        };
+        let ogden = Form::Ogden {
+            terms: vec![OgdenTerm {
+                shear_mpa: 0.1,
+                exponent: 1.5,
+            }],
+            volume: VolumeEnergy::Powers(vec![1.0, 0.2]),
+        };
+        let strain = Mandel::new(-0.1, 0.02, 0.05, 0.1, 0.0, 0.03);
+        for law in [
+            Law::Energy(Box::new(energy)),
+            Law::Hyperelastic(Hyperelastic::new(foam).unwrap()),
+            Law::Hyperelastic(Hyperelastic::new(ogden).unwrap()),
+        ] {
+            assert_eq!(round_trip(&law).stress(&strain), law.stress(&strain));
+        }
+    }
+}
