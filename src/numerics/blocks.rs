@@ -398,11 +398,11 @@ mod tests {
         let x = [1.0, -2.0, 3.0, 0.5, -1.5];
         let mut expected = [0.0; 5];
         for column in 0..5 {
-            for k in pattern.columns[column]..pattern.columns[column + 1] {
-                let row = pattern.rows[k];
-                expected[row] += values[k] * x[column];
+            let own = pattern.columns[column]..pattern.columns[column + 1];
+            for (&row, value) in pattern.rows[own.clone()].iter().zip(&values[own]) {
+                expected[row] += value * x[column];
                 if row != column {
-                    expected[column] += values[k] * x[row];
+                    expected[column] += value * x[row];
                 }
             }
         }
