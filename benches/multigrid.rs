@@ -45,7 +45,7 @@ fn main() {
         }
     }
     for (contrast, poisson) in [(1.0, 0.3), (100.0, 0.3), (1.0, 0.45)] {
-        for (size, layers) in [(5.0, 5), (2.5, 8), (1.6, 14), (1.0, 18)] {
+        for (size, layers) in [(5.0, 5), (2.5, 8), (1.6, 14), (1.12, 19)] {
             // Three unknowns a node: area over element area, times levels.
             let unknowns = 3.0 * 20_000.0 / (size * size) * layers as f64;
             if unknowns < 1.1 * largest && format!("sole-{contrast}-{poisson}").contains(&only) {

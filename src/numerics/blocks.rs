@@ -296,8 +296,7 @@ impl BlockMatrix<'_> {
         }
     }
 
-    /// Inverses of the diagonal blocks on the components that are not held, zero on the others, `(sites)`; `None` where
-    /// one is not positive definite, with its site as the error.
+    /// Inverses of the diagonal blocks on the components that are not held, zero on the others, `(sites)`.
     ///
     /// # Errors
     /// The first site whose block is not positive definite.
@@ -364,4 +363,74 @@ pub fn add_scaled(y: &mut [Vec3], factor: f64, x: &[Vec3]) {
                 *y += x * factor;
             }
         });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five unknowns at three sites: the first and the last have held components. The lower triangle is full, but for (4, 0).
+    fn system() -> (Pattern, Sites, Vec<f64>) {
+        let pattern = Pattern {
+            columns: vec![0, 4, 8, 11, 13, 14],
+            rows: vec![0, 1, 2, 3, 1, 2, 3, 4, 2, 3, 4, 3, 4, 4],
+        };
+        let values = vec![
+            9.0, 1.0, 2.0, 3.0, 8.0, -1.0, 0.5, 0.25, 7.0, 1.5, -2.0, 6.0, 0.75, 5.0,
+        ];
+        let sites = Sites {
+            positions: vec![Vec3::zeros(), Vec3::x(), Vec3::y()],
+            slots: vec![1, 3, 4, 5, 8],
+        };
+        (pattern, sites, values)
+    }
+
+    #[test]
+    fn blocks_multiply_as_the_triangle_that_they_were_filled_from() {
+        let (pattern, sites, values) = system();
+        let blocks = BlockPattern::new(&pattern, &sites);
+        let mut filled = vec![[0.0; 9]; blocks.columns.len()];
+        blocks.fill(&pattern, &sites, &values, &mut filled);
+        let matrix = BlockMatrix {
+            pattern: &blocks,
+            values: &filled,
+        };
+        let x = [1.0, -2.0, 3.0, 0.5, -1.5];
+        let mut expected = [0.0; 5];
+        for column in 0..5 {
+            let own = pattern.columns[column]..pattern.columns[column + 1];
+            for (&row, value) in pattern.rows[own.clone()].iter().zip(&values[own]) {
+                expected[row] += value * x[column];
+                if row != column {
+                    expected[column] += value * x[row];
+                }
+            }
+        }
+        let (mut spread, mut product) = (vec![Vec3::zeros(); 3], vec![Vec3::zeros(); 3]);
+        sites.spread(&x, &mut spread);
+        matrix.product(&spread, &mut product);
+        let mut y = [0.0; 5];
+        sites.gather(&product, &mut y);
+        // All numbers are short binary fractions: no rounding.
+        assert_eq!(y, expected);
+        // Held components stay out of the product and of the inverses.
+        assert_eq!((product[0].x, product[0].z, product[2].x), (0.0, 0.0, 0.0));
+        let inverses = matrix.diagonal_inverses().unwrap();
+        assert_eq!((inverses[0][0], inverses[0][8]), (0.0, 0.0));
+        assert!((inverses[0][4] - 1.0 / 9.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_site_whose_block_is_not_positive_definite_is_named() {
+        let (pattern, sites, mut values) = system();
+        values[8] = -7.0;
+        let blocks = BlockPattern::new(&pattern, &sites);
+        let mut filled = vec![[0.0; 9]; blocks.columns.len()];
+        blocks.fill(&pattern, &sites, &values, &mut filled);
+        let matrix = BlockMatrix {
+            pattern: &blocks,
+            values: &filled,
+        };
+        assert_eq!(matrix.diagonal_inverses(), Err(1));
+    }
 }

@@ -361,4 +361,11 @@ mod tests {
         factor.solve(&mut x);
         assert!((x[0] - 10.0).abs() < 1e-12);
     }
+
+    #[test]
+    fn an_iterative_method_without_sites_is_refused() {
+        let (pattern, _) = laplacian(5);
+        let refused = Symbolic::by(Method::Iterative, pattern, None);
+        assert_eq!(refused.unwrap_err(), CholeskyError::NoSites);
+    }
 }

@@ -27,10 +27,10 @@ pub fn skew_product(pattern: &Pattern, skew: &[f64], x: &[f64], y: &mut [f64]) {
     y.fill(0.0);
     for column in 0..pattern.unknowns() {
         let mut own = 0.0;
-        for k in pattern.columns[column]..pattern.columns[column + 1] {
-            let row = pattern.rows[k];
-            y[row] += skew[k] * x[column];
-            own -= skew[k] * x[row];
+        let entries = pattern.columns[column]..pattern.columns[column + 1];
+        for (&row, w) in pattern.rows[entries.clone()].iter().zip(&skew[entries]) {
+            y[row] += w * x[column];
+            own -= w * x[row];
         }
         y[column] += own;
     }
