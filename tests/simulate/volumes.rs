@@ -549,3 +549,45 @@ fn a_probe_presses_the_bar_against_the_floor() {
         run.err
     );
 }
+
+/// The example of the documentation does what it says, and so does its part on probes.
+#[test]
+fn the_documented_scene_runs() {
+    let bench = bench(true);
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/formats.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let block = |heading: &str| {
+        let (_, section) = page.split_once(heading).unwrap();
+        let block = section.split("```toml\n").nth(1).unwrap();
+        block.split("```").next().unwrap().to_string()
+    };
+    let scene = block("### An example on a volume mesh");
+    let record = bench.record(&scene);
+    assert_eq!(record["materials"], json!(["fibres", "rubber"]));
+    let count = |case: usize, key: &str| record["cases"][case]["levels"][0][key].as_array().unwrap().len();
+    assert_eq!(
+        [count(0, "points"), count(0, "sets"), count(0, "supports")],
+        [2, 1, 1]
+    );
+    assert_eq!(
+        [
+            record["cases"][0]["levels"].as_array().unwrap().len(),
+            count(1, "supports")
+        ],
+        [2, 2]
+    );
+    for key in record["cases"][0]["levels"][1].as_object().unwrap().keys() {
+        assert!(page.contains(&format!("`{key}`")), "{key}");
+    }
+    let (before, after) = scene.split_once("# A case: everything").unwrap();
+    let (_, after) = after.split_once("[solver]").unwrap();
+    let record = bench.record(&format!(
+        "{before}{}[solver]{after}",
+        block("### Probes and a floor")
+    ));
+    let levels = record["cases"][0]["levels"].as_array().unwrap();
+    assert_eq!(levels.len(), 3);
+    let pushes = |level: &Value| level["bodies"][0]["force_n"][2].as_f64().unwrap();
+    // The ball's lowest point starts at the top of the bar and goes 1 mm deep.
+    assert!(pushes(&levels[0]) < 0.0 && pushes(&levels[2]) < pushes(&levels[0]));
+}

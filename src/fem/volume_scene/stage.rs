@@ -4,7 +4,7 @@
 //! here are elastic, so an equilibrium does not depend on the way to it as long as there is one alone.
 
 use super::super::contact::{
-    BodyContact, ContactError, ContactOptions, ContactSolver, Level, RigidBody, Surface,
+    BadContact, BodyContact, ContactOptions, ContactSolver, Level, RigidBody, Surface,
 };
 use super::super::elements::Discretisation;
 use super::super::equilibrium::{Curve, Load, Options, Solver, Stop, Work};
@@ -137,13 +137,13 @@ impl VolumeStage {
     /// number of threads.
     ///
     /// # Errors
-    /// [`ContactError`]: out of memory; a rigid body out of range, or nothing that it can touch.
+    /// [`BadContact`]: out of memory; a rigid body out of range, or nothing that it can touch.
     pub fn simulate(
         &self,
         options: &Options,
         steps: usize,
         cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Vec<VolumeOutcome>, ContactError> {
+    ) -> Result<Vec<VolumeOutcome>, BadContact> {
         let laws: Vec<&Law> = self.laws.iter().collect();
         let materials = self.materials(&laws);
         let one = |case: &VolumeCase| match &case.loading {
@@ -173,7 +173,7 @@ impl VolumeStage {
         levels: &[Level],
         options: &Options,
         cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<VolumeOutcome, ContactError> {
+    ) -> Result<VolumeOutcome, BadContact> {
         let options = ContactOptions {
             tolerance: options.tolerance,
             ..ContactOptions::default()
