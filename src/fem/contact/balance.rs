@@ -334,6 +334,25 @@ impl<'a> Balance<'a> {
         }
     }
 
+    /// Takes `baseline` from the residual that was last looked at.
+    pub fn subtract(&mut self, baseline: &[f64]) {
+        self.residual.iter_mut().zip(baseline).for_each(|(r, b)| *r -= b);
+    }
+
+    /// Has a point come through a body since the last equilibrium, from one side to another?
+    pub fn has_jumped(&self, state: &State) -> bool {
+        self.pairs.iter().zip(&state.memory).any(|(pair, memory)| {
+            let body = &self.bodies[pair.body];
+            let (x, translation) = self.relative_place(state, pair);
+            let way = x - translation - memory.place;
+            let on_way = [0.25, 0.5, 0.75].map(|t| memory.place + way * t);
+            let deepest = -0.5 * body.shape.depth_mm();
+            on_way
+                .iter()
+                .any(|x| body.distance(&Vec3::zeros(), x).value < deepest)
+        })
+    }
+
     /// Lets the multipliers take over what penalties carry, at the state last looked at.
     pub fn update_multipliers(&mut self, state: &mut State) {
         // A point that let go has no response and no force.

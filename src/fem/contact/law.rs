@@ -192,7 +192,7 @@ mod tests {
             (Friction::Frictionless, Bond::Unilateral, Status::Smooth),
             (Friction::Sticking, Bond::Unilateral, Status::Stuck),
             (
-                Friction::Coulomb { coefficient: 0.1 },
+                Friction::Coulomb { coefficient: 0.05 },
                 Bond::Unilateral,
                 Status::Sliding,
             ),
@@ -202,7 +202,7 @@ mod tests {
                 Status::Stuck,
             ),
             (
-                Friction::Coulomb { coefficient: 0.1 },
+                Friction::Coulomb { coefficient: 0.05 },
                 Bond::Bilateral,
                 Status::Sliding,
             ),

@@ -33,6 +33,10 @@ const LOOSE: f64 = 1e-3;
 /// Share of the largest displacement that the last step may have where residual and gaps are small: Newton's next one
 /// is its square.
 const LAST_STEP: f64 = 1e-4;
+/// A gap below this share of the distance between points is none.
+const NEARLY: f64 = 1e-3;
+/// How far beyond the first point that it meets a body goes in one increment, as a share of the distance between points.
+const OVERLAP: f64 = 0.1;
 /// Tries of the line search.
 const TRIES: usize = 10;
 /// The solver's memory for one object and its bodies.
@@ -166,13 +170,13 @@ impl<'a> ContactSolver<'a> {
             push: level.drives.iter().map(|d| d.push).collect(),
             across: level.drives.iter().map(|d| d.across_mm).collect(),
         };
-        let most = self.longest_increment(&start, &end);
-        let least = 0.999 * most * 0.5f64.powi(run.options.halvings.min(60) as i32);
-        let (mut done, mut increment, mut residual) = (0.0, most, 0.0);
+        let (mut done, mut increment, mut residual) = (0.0, 1.0_f64, 0.0);
+        let mut halved = 0_usize;
         while done < 1.0 {
             if (run.cancelled)() {
                 return (done, Err(Stop::Cancelled));
             }
+            increment = increment.min(self.longest_increment(&path.state, &start, &end));
             let share = if done + increment > 1.0 - 1e-9 {
                 1.0
             } else {
@@ -187,14 +191,16 @@ impl<'a> ContactSolver<'a> {
                     path.previous = Some((old, from.change(&to)));
                     path.load_factor = to.load_factor;
                     done = share;
-                    increment = (2.0 * increment).min(most);
+                    increment *= 2.0;
+                    halved = halved.saturating_sub(1);
                 }
                 Err(stop) => {
                     increment = 0.5 * (share - done);
                     self.balance.work.halvings += 1;
+                    halved += 1;
                     // An extrapolation across a failure has failed once already.
                     path.previous = None;
-                    if increment < least || stop == Stop::Cancelled {
+                    if halved > run.options.halvings || stop == Stop::Cancelled {
                         return (done, Err(stop));
                     }
                 }
@@ -203,8 +209,11 @@ impl<'a> ContactSolver<'a> {
         (1.0, Ok(residual))
     }
 
-    /// The share of the way in which no body can jump over a point of the object.
-    fn longest_increment(&self, start: &Moment, end: &Moment) -> f64 {
+    /// The share of the way from `start` to `end` that may be gone at once: a body that touches nothing goes to the object
+    /// and a little beyond, so that what it meets is carried along from there; one that touches goes half its inner radius,
+    /// or it would push points on, out of its back.
+    fn longest_increment(&self, state: &State, start: &Moment, end: &Moment) -> f64 {
+        let spacing = self.balance.surface.spacing_mm();
         let mut most = 1.0_f64;
         for (b, body) in self.balance.bodies.iter().enumerate() {
             let along = match (start.push[b], end.push[b]) {
@@ -212,11 +221,16 @@ impl<'a> ContactSolver<'a> {
                 _ => 0.0,
             };
             let way = (body.direction * along + end.across[b] - start.across[b]).norm();
-            // Beyond its middle a body would push points on, out of its back.
-            let depth = 0.5 * body.shape.depth_mm();
-            if way > depth {
-                most = most.min(depth / way);
+            if way <= 0.0 {
+                continue;
             }
+            let gap = self.balance.nearest(state, b);
+            let longest = if gap > NEARLY * spacing {
+                gap + OVERLAP * spacing
+            } else {
+                0.5 * body.shape.depth_mm()
+            };
+            most = most.min(longest / way);
         }
         most
     }
@@ -311,27 +325,26 @@ impl<'a> ContactSolver<'a> {
         Some(state)
     }
 
-    /// The last equilibrium, its inside carried along linearly where supports move.
+    /// The last equilibrium, carried along linearly with supports and bodies that move, so that what touches goes on touching.
     fn carried(&mut self, path: &Path, from: &Moment, to: &Moment, run: &Run) -> State {
         const TINY: f64 = 1e-6;
         let state = path.state.clone();
-        let by = to.load_factor - from.load_factor;
-        if run.load.prescribed.is_none() || by == 0.0 {
-            return state;
-        }
-        // The force that a tiny move raises, seen through the present stiffness.
+        // The force that a tiny move of supports and bodies raises, seen through the present stiffness.
         let mut target = self.target(from, run);
         target.push.fill(None);
         let before = self.balance.imbalance(&state, &target, run.materials);
+        // Multipliers have moved on since the last equilibrium, and a tiny move would drown in what that leaves.
+        let baseline = self.balance.residual.clone();
         let mut nudged = state.clone();
-        self.place_supports(&mut nudged.u, from.load_factor + TINY * by, run);
-        if !before.residual_norm.is_finite() {
+        self.place(&mut nudged, &from.between(to, TINY), run);
+        if nudged.u == state.u && nudged.travel == state.travel && nudged.across == state.across {
             return state;
         }
         let found = self.balance.imbalance(&nudged, &target, run.materials);
-        if !found.residual_norm.is_finite() {
+        if !(before.residual_norm + found.residual_norm).is_finite() {
             return state;
         }
+        self.balance.subtract(&baseline);
         match self.balance.step(&state, run.materials, true) {
             Some(step) => self.balance.moved(&state, &step, 1.0 / TINY),
             None => state,
@@ -368,6 +381,9 @@ impl ContactSolver<'_> {
             let is_balanced = found.residual_norm <= options.tolerance * self.scale(&found);
             if is_balanced && is_still && found.violation <= allowed {
                 self.check_inversion(state, options)?;
+                if self.balance.has_jumped(state) {
+                    return Err(Stop::NotConverged);
+                }
                 self.balance.remember(state);
                 return Ok(found.residual_norm / self.scale(&found));
             }
