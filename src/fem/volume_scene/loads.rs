@@ -498,11 +498,11 @@ fn add_gravity(
             ));
         };
         let nodes = mesh.elements.nodes_of(e);
-        for i in 0..n {
+        for (i, at_point) in values.iter().enumerate().take(n) {
             let weight = parts.weight(e * n + i) * density;
             for (k, &node) in nodes.iter().enumerate() {
                 // A tetrahedron's shape functions have equal integrals.
-                let share = if nodes.len() == 4 { 0.25 } else { values[i][k] };
+                let share = if nodes.len() == 4 { 0.25 } else { at_point[k] };
                 forces[node as usize] += g * (weight * share);
             }
         }
