@@ -86,8 +86,15 @@ pub fn simulate(
 
 /// A block of 16 × 16 × 8 mm, E = 0.1 MPa, in cubes of 2 mm, its bottom held.
 pub fn block() -> Model {
-    let mesh = VolumeMesh::cuboid(Vec3::new(16.0, 16.0, 8.0), [8, 8, 4], false);
-    model(mesh, |x| [x.z == 0.0; 3])
+    model_of_block(|x| [x.z == 0.0; 3])
+}
+
+/// The same block, held as asked.
+pub fn model_of_block(held: impl Fn(&Vec3) -> Constrained) -> Model {
+    model(
+        VolumeMesh::cuboid(Vec3::new(16.0, 16.0, 8.0), [8, 8, 4], false),
+        held,
+    )
 }
 
 pub fn soft() -> Law {

@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_box_keeps_its_faces_and_its_sign() {
-        let solid = Solid::new(block(Vec3::new(10.0, 8.0, 6.0), 2).unwrap()).unwrap();
+        let solid = Solid::new(block(Vec3::new(10.0, 8.0, 6.0), 2.0).unwrap()).unwrap();
         let (low, high) = solid.bounds();
         let field = DistanceField::new(&solid, None).unwrap();
         let middle = (low + high) / 2.0;

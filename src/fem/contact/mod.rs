@@ -11,7 +11,7 @@
 //! | [`surface`] | the object's contact points |
 //! | [`law`] | force between one point and one body |
 //! | `balance`, `system`, `krylov` | residual, Newton's step, unsymmetric systems |
-//! | [`solve`], `moment` | levels, increments, Newton's method |
+//! | [`solve`], `moment`, `approach` | levels, increments, Newton's method |
 //! | [`report`] | options, levels; forces, areas, pressures |
 //!
 //! A simulation is
@@ -26,6 +26,7 @@
 //!
 //! Theory and limits: `docs/theory/contact.md`.
 
+mod approach;
 mod balance;
 pub mod body;
 pub mod field;

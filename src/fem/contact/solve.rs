@@ -35,9 +35,6 @@ const LOOSE: f64 = 1e-3;
 const LAST_STEP: f64 = 1e-4;
 /// Tries of the line search.
 const TRIES: usize = 10;
-/// Steps on a body's way to the object.
-const APPROACH: usize = 500;
-
 /// The solver's memory for one object and its bodies.
 pub struct ContactSolver<'a> {
     balance: Balance<'a>,
@@ -355,7 +352,7 @@ impl ContactSolver<'_> {
     fn settle(&mut self, state: &mut State, target: &Target, run: &Run) -> Result<f64, Stop> {
         let options = run.options;
         let allowed = options.penetration;
-        self.approach(state, target)?;
+        self.balance.approach(state, target)?;
         let mut found = self.balance.imbalance(state, target, run.materials);
         let mut last_step = f64::INFINITY;
         for _ in 0..options.newton_iterations {
@@ -379,7 +376,7 @@ impl ContactSolver<'_> {
                 found = self.balance.imbalance(state, target, run.materials);
             }
             (found, last_step) = self.newton(state, target, found, run)?;
-            if self.approach(state, target)? {
+            if self.balance.approach(state, target)? {
                 found = self.balance.imbalance(state, target, run.materials);
             }
         }
@@ -483,58 +480,6 @@ impl ContactSolver<'_> {
             }
         }
         best
-    }
-
-    /// Brings bodies that a force presses and that touch nothing to the object: as far as the force asks for, the object at
-    /// rest. Says whether any moved.
-    fn approach(&mut self, state: &mut State, target: &Target) -> Result<bool, Stop> {
-        let mut moved = false;
-        for body in 0..target.push.len() {
-            let Some(force) = target.push[body].filter(|f| *f > 0.0) else {
-                continue;
-            };
-            self.balance.meet(state);
-            if self.balance.push_of(body) > 1e-9 * force {
-                continue;
-            }
-            moved = true;
-            self.advance_body(state, body, force)?;
-        }
-        Ok(moved)
-    }
-
-    fn advance_body(&mut self, state: &mut State, body: usize, force: f64) -> Result<(), Stop> {
-        let spacing = self.balance.surface.spacing_mm();
-        let mut low = state.travel[body];
-        let mut pushes = |solver: &mut Self, travel: f64| {
-            state.travel[body] = travel;
-            solver.balance.meet(state);
-            (solver.balance.push_of(body), solver.balance.nearest(state, body))
-        };
-        let (_, mut gap) = pushes(self, low);
-        for _ in 0..APPROACH {
-            let high = low + gap.max(0.05 * spacing);
-            let (push, next_gap) = pushes(self, high);
-            if push >= force {
-                let (mut below, mut above) = (low, high);
-                for _ in 0..60 {
-                    let middle = 0.5 * (below + above);
-                    if pushes(self, middle).0 < force {
-                        below = middle;
-                    } else {
-                        above = middle;
-                    }
-                }
-                pushes(self, above);
-                return Ok(());
-            }
-            if !next_gap.is_finite() {
-                break;
-            }
-            (low, gap) = (high, next_gap);
-        }
-        // It passes the object by.
-        Err(Stop::NotConverged)
     }
 
     /// Forces, areas and pressures at the equilibrium that was found last. Not looked at anew: the multipliers have moved
