@@ -1,6 +1,6 @@
 //! Scenes on volume meshes: closed forms, other programs' cases, mistakes that are answered.
 
-use crate::bench::{Bench, Run, numbers, run};
+use crate::bench::{Bench, DATABASE, Run, numbers, run};
 use pliant::geometry::files::{Group, write_msh};
 use pliant::geometry::volume::{Elements, KUHN, VolumeMesh};
 use pliant::math::Vec3;
@@ -334,39 +334,39 @@ const MISTAKES: [(&str, &str, usize, &[&str]); 22] = [
         15,
         &["\"w\"", "\"xyz\""],
     ),
-    ("{ z = -2 }", "{ z = -2, w = 1 }", 25, &["\"w\""]),
-    ("{ z = -2 }", "{ z = nan }", 25, &["nan"]),
+    ("{ z = -2 }", "{ z = -2, w = 1 }", 26, &["\"w\""]),
+    ("{ z = -2 }", "{ z = nan }", 26, &["nan"]),
     (
         "set = \"top\"\n",
         "set = \"bottom\"\n",
-        24,
+        25,
         &["node 1", "along z", "holds it"],
     ),
     (
         "[[load.move]]\nset = \"top\"\ndisplacement_mm = { z = -2 }",
         "",
-        22,
+        23,
         &["does nothing"],
     ),
     (
         "[[load.move]]",
         "levels = [1, 0.5]\n[[load.move]]",
-        23,
+        24,
         &["rising"],
     ),
     (
         "[[load.move]]",
         "forces_n = [[99, 0, 0, 1]]\n[[load.move]]",
-        23,
+        24,
         &["99.0", "a node of the mesh"],
     ),
     (
         "[[load.move]]",
         "[[load.pressure]]\nset = \"edge\"\npressure = \"1 kPa\"\n[[load.move]]",
-        24,
+        25,
         &["\"edge\""],
     ),
-    ("density = \"1000 kg/m3\"\n", "", 22, &["density", "1070 kg/m3"]),
+    ("density = \"1000 kg/m3\"\n", "", 23, &["density", "1070 kg/m3"]),
     ("schema = 1", "schema = 2", 1, &["schema 2"]),
 ];
 
@@ -380,7 +380,7 @@ fn mistakes_name_line_found_and_expected() {
             scene = scene.replace("[[load.move]]", "gravity_m_s2 = [0, 0, -9.81]\n[[load.move]]");
         }
         assert!(scene.contains(old), "{old}");
-        let run = bench.simulate(&scene.replacen(old, new, 1), &[]);
+        let run = bench.simulate(&scene.replacen(old, new, 1), &["--db", DATABASE]);
         let message = squeezed(&run);
         let mut missing: Vec<String> = words.iter().map(|w| w.split(' ').collect()).collect();
         missing.push(format!("scene.toml:{line}:"));
@@ -393,7 +393,7 @@ fn mistakes_name_line_found_and_expected() {
     let far = format!("{ROLLERS}{LOAD}[output]\npoints_mm = [[20, 10, 90]]\n");
     let run = bench.simulate(&far, &[]);
     assert!(
-        run.code == 2 && squeezed(&run).contains("scene.toml:27:"),
+        run.code == 2 && squeezed(&run).contains("scene.toml:28:"),
         "{}",
         run.err
     );

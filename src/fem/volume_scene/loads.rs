@@ -132,20 +132,7 @@ pub fn wire(scene: &VolumeScene, parts: &Discretisation, text: &LoadText) -> Res
         moves.push((own, read_move(scene, own)?));
     }
     let forces = forces(scene, parts, text)?;
-    let paths = moves.iter().filter(|(_, m)| m.is_path);
-    let moving: Vec<Waypoints> = paths
-        .map(|(own, m)| Waypoints {
-            span: own.set.span(),
-            count: m.path.len(),
-        })
-        .collect();
-    if let (Some(first), false) = (moving.first(), scene.bodies.is_empty()) {
-        let message = "found path_mm in a scene with rigid bodies, expected displacement_mm there";
-        return Err(scene.document.mistake(&first.span, message));
-    }
-    let path = common(scene, moving.iter())?;
-    let listed = bodies::waypoints(text);
-    let count = common(scene, moving.iter().chain(&listed))?;
+    let (path, count) = counts(scene, text, &moves)?;
     let shares = shares(scene, &text.levels, count)?;
     let mut constrained = vec![[false; 3]; nodes];
     let mut supports = Vec::new();
@@ -314,6 +301,29 @@ fn read_path(
         return Err(scene.document.mistake(&text.span(), message));
     }
     Ok(moved)
+}
+
+/// How many waypoints the paths of a case have, and how many entries all its lists; `None` without any.
+fn counts(
+    scene: &VolumeScene,
+    text: &LoadText,
+    moves: &[(&MoveText, Moved)],
+) -> Result<(Option<usize>, Option<usize>), Mistake> {
+    let paths = moves.iter().filter(|(_, m)| m.is_path);
+    let moving: Vec<Waypoints> = paths
+        .map(|(own, m)| Waypoints {
+            span: own.set.span(),
+            count: m.path.len(),
+        })
+        .collect();
+    if let (Some(first), false) = (moving.first(), scene.bodies.is_empty()) {
+        let message = "found path_mm in a scene with rigid bodies, expected displacement_mm there";
+        return Err(scene.document.mistake(&first.span, message));
+    }
+    let path = common(scene, moving.iter())?;
+    let listed = bodies::waypoints(text);
+    let count = common(scene, moving.iter().chain(&listed))?;
+    Ok((path, count))
 }
 
 /// The number of waypoints, which all lists of a case share; `None` without lists.
@@ -498,11 +508,11 @@ fn add_gravity(
             ));
         };
         let nodes = mesh.elements.nodes_of(e);
-        for i in 0..n {
+        for (i, at_point) in values.iter().enumerate().take(n) {
             let weight = parts.weight(e * n + i) * density;
             for (k, &node) in nodes.iter().enumerate() {
                 // A tetrahedron's shape functions have equal integrals.
-                let share = if nodes.len() == 4 { 0.25 } else { values[i][k] };
+                let share = if nodes.len() == 4 { 0.25 } else { at_point[k] };
                 forces[node as usize] += g * (weight * share);
             }
         }

@@ -339,15 +339,16 @@ impl Reader {
         number: u64,
     ) -> Result<u32, VolumeFileError> {
         let mut corners = [0; 8];
-        for k in 0..nodes {
+        for place in 0..nodes {
             let node = from.size("$Elements")?;
             let Some(&index) = self.index_of.get(&node) else {
                 return Err(missing(from.place(), number, node, &self.raw.node_numbers));
             };
-            if k < kind.corners() {
-                corners[k] = index;
-            } else {
-                self.raw.middles.insert(index);
+            match corners.get_mut(place).filter(|_| place < kind.corners()) {
+                Some(corner) => *corner = index,
+                None => {
+                    self.raw.middles.insert(index);
+                }
             }
         }
         self.raw.curved += usize::from(curved && kind.dimension() == 3);

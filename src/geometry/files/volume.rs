@@ -432,10 +432,9 @@ fn used_nodes(raw: &mut RawVolume, kept: &[RawCell], kind: CellKind) -> Result<V
         });
     }
     let mut place = vec![NONE; used.len()];
-    let mut next = 0;
-    for (p, _) in place.iter_mut().zip(&used).filter(|(_, u)| **u) {
-        *p = next;
-        next += 1;
+    let taken = place.iter_mut().zip(&used).filter(|(_, used)| **used);
+    for (next, (own, _)) in (0_u32..).zip(taken) {
+        *own = next;
     }
     let beside = (0..used.len())
         .filter(|&i| !used[i] && !raw.middles.contains(&(i as u32)))

@@ -307,11 +307,14 @@ fn add_cell(
     Ok(())
 }
 
+/// Cells or points by a value.
+type ByValue = BTreeMap<i64, Vec<u32>>;
+
 /// Cells or points by the values of arrays.
 #[derive(Default)]
 struct Labels {
     /// By array, then by value; `None` where an array turned out to be data.
-    arrays: Vec<(String, Option<BTreeMap<i64, Vec<u32>>>)>,
+    arrays: Vec<(String, Option<ByValue>)>,
 }
 
 impl Labels {
@@ -326,7 +329,7 @@ impl Labels {
         let index = match self.arrays.iter().position(|(n, _)| *n == array.name) {
             Some(index) => index,
             None => {
-                self.arrays.push((array.name.clone(), Some(BTreeMap::new())));
+                self.arrays.push((array.name.clone(), Some(ByValue::new())));
                 self.arrays.len() - 1
             }
         };
