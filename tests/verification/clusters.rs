@@ -136,12 +136,12 @@ fn check_tangent(name: &str, model: &Model, law: &Law) {
         let largest = columns.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
         assert!(largest > 0.01);
         let (mut tested, mut most_skew) = (0, 0.0f64);
-        for j in 0..model.unknowns() {
+        for (j, column) in columns.iter().enumerate() {
             for p in pattern.columns[j]..pattern.columns[j + 1] {
                 let i = pattern.rows[p];
                 most_skew = most_skew.max(skew[p].abs());
                 for (found, expected) in [
-                    (values[p] + skew[p], columns[j][i]),
+                    (values[p] + skew[p], column[i]),
                     (values[p] - skew[p], columns[i][j]),
                 ] {
                     tested += 1;
