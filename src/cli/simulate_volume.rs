@@ -4,9 +4,12 @@ use super::simulate::{Arguments, keep};
 use super::terminal::{say, warn};
 use super::{Answer, stop};
 use crate::design::found::sha256;
-use crate::fem::volume_scene::VolumeScene;
 use crate::fem::volume_scene::record::{LevelFields, VolumeCaseRecord, series, write_level_vtu};
 use crate::fem::volume_scene::stage::VolumeStage;
+use crate::fem::volume_scene::{FineSurface, VolumeScene};
+use crate::geometry::files::write_stl;
+use crate::geometry::surface::TriMesh;
+use crate::math::Vec3;
 use crate::units::document::Document;
 use miette::{IntoDiagnostic, WrapErr};
 use serde_json::{Value, json};
@@ -52,12 +55,17 @@ pub fn run(arguments: &Arguments, document: Document) -> miette::Result<Answer> 
         for (k, own) in fields.iter().enumerate() {
             let mut bytes = Vec::new();
             write_level_vtu(&mut bytes, &scene, outcome, k, own).into_diagnostic()?;
-            let name = if k + 1 == fields.len() {
-                format!("{}.vtu", case.name)
+            let stem = if k + 1 == fields.len() {
+                case.name.clone()
             } else {
-                format!("{}-{:03}.vtu", case.name, k + 1)
+                format!("{}-{:03}", case.name, k + 1)
             };
+            let name = format!("{stem}.vtu");
             keep(&folder.join(&name), &bytes)?;
+            if let Some(surface) = &scene.surface {
+                let bytes = moved_surface(surface, &outcome.levels[k])?;
+                keep(&folder.join(format!("{stem}-surface.stl")), &bytes)?;
+            }
             files.push((case.loading.level(k), name));
         }
         if files.len() > 1 {
@@ -82,6 +90,17 @@ pub fn run(arguments: &Arguments, document: Document) -> miette::Result<Answer> 
     );
     let complete = records.iter().all(|r| r.complete);
     Ok(if complete { Answer::Done } else { Answer::Negative })
+}
+
+/// The fine surface where the mesh's nodes are displaced by `u`, as STL.
+fn moved_surface(surface: &FineSurface, u: &[Vec3]) -> miette::Result<Vec<u8>> {
+    let moved = TriMesh {
+        vertices: surface.embedding.displaced(u).into_diagnostic()?,
+        triangles: surface.mesh.triangles.clone(),
+    };
+    let mut bytes = Vec::new();
+    write_stl(&moved, &mut bytes).into_diagnostic()?;
+    Ok(bytes)
 }
 
 /// `simulated.json`: no times, so that equal runs leave equal files.

@@ -13,7 +13,7 @@
 //! is a cluster of its own. For speed, points lie side by side in *batches* of eight; a cluster that shares fills one.
 
 use super::patches::Patches;
-use crate::geometry::volume::{Elements, KUHN, VolumeMesh};
+use crate::geometry::volume::{CORNERS, Elements, KUHN, VolumeMesh};
 use crate::material::law::Law;
 use crate::math::polar_lanes::{Lanes, ZERO};
 use crate::math::{Mat3, Vec3};
@@ -208,18 +208,6 @@ pub fn gauss_points() -> [Vec3; 8] {
     let g = 1.0 / 3.0_f64.sqrt();
     CORNERS.map(|c| c * g)
 }
-
-/// Reference coordinates of a hexahedron's nodes.
-pub const CORNERS: [Vec3; 8] = [
-    Vec3::new(-1.0, -1.0, -1.0),
-    Vec3::new(1.0, -1.0, -1.0),
-    Vec3::new(1.0, 1.0, -1.0),
-    Vec3::new(-1.0, 1.0, -1.0),
-    Vec3::new(-1.0, -1.0, 1.0),
-    Vec3::new(1.0, -1.0, 1.0),
-    Vec3::new(1.0, 1.0, 1.0),
-    Vec3::new(-1.0, 1.0, 1.0),
-];
 
 /// Values of the trilinear shape functions at the reference coordinates `at`, `(8)`.
 pub fn trilinear(at: &Vec3) -> [f64; 8] {

@@ -18,8 +18,8 @@
 //! | [`heights`] | lower and upper surface along an axis |
 //! | [`volume`], [`grid`] | volume meshes; the grid of hexahedra over a solid |
 //! | [`tetrahedra`] | tetrahedral meshes of solids that follow borders |
-//! | [`embedding`] | fine surfaces that follow volume meshes |
-//! | [`boundary`], [`locate`] | a volume mesh's faces; the element that contains a point |
+//! | [`embedding`] | the element that contains a point; fine surfaces that follow volume meshes |
+//! | [`boundary`] | a volume mesh's faces |
 //! | [`ray`] | where a line meets a surface |
 //! | [`shapes`] | generators of the objects that ship with pliant |
 
@@ -34,7 +34,6 @@ pub mod files;
 pub mod grid;
 pub mod health;
 pub mod heights;
-pub mod locate;
 pub mod orientation;
 pub mod ray;
 pub mod region;

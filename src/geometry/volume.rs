@@ -37,6 +37,18 @@ impl Elements {
     }
 }
 
+/// Reference coordinates of a hexahedron's nodes in [−1, 1]³, in their order.
+pub const CORNERS: [Vec3; 8] = [
+    Vec3::new(-1.0, -1.0, -1.0),
+    Vec3::new(1.0, -1.0, -1.0),
+    Vec3::new(1.0, 1.0, -1.0),
+    Vec3::new(-1.0, 1.0, -1.0),
+    Vec3::new(-1.0, -1.0, 1.0),
+    Vec3::new(1.0, -1.0, 1.0),
+    Vec3::new(1.0, 1.0, 1.0),
+    Vec3::new(-1.0, 1.0, 1.0),
+];
+
 /// The six tetrahedra of a Kuhn cell, by the cell's node numbers; all positive for a convex cell.
 pub const KUHN: [[usize; 4]; 6] = [
     [0, 1, 2, 6],

@@ -169,7 +169,7 @@ mod tests {
         assert_eq!((whole.name.as_str(), whole.scale), ("a, \"b\": {c}", 2.0));
         assert_eq!(whole.loads[0].at.get_ref(), &[1.0, 2.5e-3]);
         let mistake = document.mistake(&whole.loads[1].at.span(), "here");
-        assert_eq!((mistake.line, mistake.column), (5, 20));
+        assert_eq!((mistake.line, mistake.column), (5, 19));
         let broken = json("{\n\"name\": ]\n}").parse::<Whole>().unwrap_err();
         assert_eq!(broken.line, 2, "{broken}");
         let unknown = json("{\"name\": \"a\",\n\"nmae\": 1}")

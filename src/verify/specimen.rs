@@ -1,10 +1,11 @@
 //! A body of one material with its supports: what most checks solve.
 
 use super::CheckError;
-use crate::fem::elements::{CORNERS, VolumetricStrain, trilinear};
+use crate::fem::elements::{VolumetricStrain, trilinear};
 use crate::fem::equilibrium::{Curve, Load, Options, Solver, Stop};
 use crate::fem::forces::{Materials, add_internal_forces};
 use crate::fem::model::{Constrained, Model};
+use crate::geometry::volume::CORNERS;
 use crate::geometry::volume::{Elements, KUHN, VolumeMesh};
 use crate::material::law::Law;
 use crate::math::{Mat3, Vec3};

@@ -14,10 +14,11 @@
 //! a₁, a₂ its edges \[mm\]. Source: Wriggers, Computational Contact Mechanics, 2nd ed. 2006, chapters 6 and 9; the
 //! embedded points are our own.
 
-use crate::fem::elements::{CORNERS, trilinear};
+use crate::fem::elements::trilinear;
 use crate::geometry::grid::Grid;
 use crate::geometry::solid::Solid;
 use crate::geometry::surface::area_vector;
+use crate::geometry::volume::CORNERS;
 use crate::geometry::volume::{Elements, VolumeMesh};
 use crate::math::{Mat3, Vec3};
 

@@ -14,17 +14,19 @@ pub mod text;
 
 use self::bodies::NamedBody;
 use self::sets::NodeSet;
-use self::text::{FixedText, LoadText, OutputText, VolumeSceneText};
+use self::text::{FixedText, LoadText, OutputText, SurfaceText, VolumeSceneText};
 use super::elements::{LOCKING_POISSON, VolumetricStrain};
 use super::equilibrium::Options;
 use super::scene::{self, SCHEMA};
 use super::scene_materials::{SceneMaterial, Shelf};
 use super::setup::finite;
-use crate::geometry::files::VolumeFile;
-use crate::geometry::locate::{Location, locate};
+use crate::geometry::embedding::{Embedding, EmbeddingError, EmbeddingOptions, Held, Locator};
+use crate::geometry::files::{VolumeFile, open_surface};
+use crate::geometry::surface::TriMesh;
 use crate::geometry::volume::Elements;
 use crate::material::law::Law;
 use crate::math::Vec3;
+use crate::units::UnitError;
 use crate::units::document::{Document, Mistake};
 use std::path::Path;
 use toml::Spanned;
@@ -56,6 +58,15 @@ pub enum StrainLevels {
     All,
 }
 
+/// A surface of more detail than the mesh, carried along by it.
+#[derive(Clone, Debug)]
+pub struct FineSurface {
+    /// Its triangles, as they are at rest.
+    pub mesh: TriMesh,
+    /// How its vertices follow the mesh's nodes.
+    pub embedding: Embedding,
+}
+
 /// A checked scene on a volume mesh.
 #[derive(Clone, Debug)]
 pub struct VolumeScene {
@@ -84,7 +95,9 @@ pub struct VolumeScene {
     /// What is done to it.
     pub loads: Vec<LoadText>,
     /// Points to report \[mm\], each with its element.
-    pub points: Vec<(Vec3, Location)>,
+    pub points: Vec<(Vec3, Held)>,
+    /// A fine surface that follows the mesh.
+    pub surface: Option<FineSurface>,
     /// What the record holds of strains.
     pub strains: StrainLevels,
     /// How to solve.
@@ -122,6 +135,10 @@ impl VolumeScene {
         };
         let materials = shelf.taken;
         let points = points(&document, &text.output, &file)?;
+        let surface = match &text.output.surface {
+            None => None,
+            Some(asked) => Some(fine_surface(&document, asked, &file)?),
+        };
         let bodies = bodies::read_bodies(&document, &text)?;
         let own_name = || {
             document
@@ -146,6 +163,7 @@ impl VolumeScene {
             bodies,
             loads: text.load.into_inner(),
             points,
+            surface,
             strains,
             options,
             steps,
@@ -239,11 +257,7 @@ fn regions(
     Ok(regions)
 }
 
-fn points(
-    document: &Document,
-    text: &OutputText,
-    file: &VolumeFile,
-) -> Result<Vec<(Vec3, Location)>, Mistake> {
+fn points(document: &Document, text: &OutputText, file: &VolumeFile) -> Result<Vec<(Vec3, Held)>, Mistake> {
     let nodes = &file.mesh.nodes;
     let low = nodes
         .iter()
@@ -252,10 +266,13 @@ fn points(
         .iter()
         .fold(Vec3::from_element(f64::NEG_INFINITY), |a, b| a.sup(b));
     let reach = REACH * (high - low).norm();
+    let fail = |e: EmbeddingError| document.mistake(&(0..0), e.to_string());
+    let locator = Locator::new(&file.mesh).map_err(fail)?;
     let mut points = Vec::new();
     for written in &text.points_mm {
         let point = finite(document, written)?;
-        let Some(location) = locate(&file.mesh, &point, reach) else {
+        let held = locator.nearest(&point);
+        if held.distance_mm > reach {
             let message = format!(
                 "the point {:?} lies more than {reach:.2} mm off the mesh, which spans {:.1?} to {:.1?} mm",
                 written.get_ref(),
@@ -263,8 +280,38 @@ fn points(
                 high.as_slice()
             );
             return Err(document.mistake(&written.span(), message));
-        };
-        points.push((point, location));
+        }
+        points.push((point, held));
     }
     Ok(points)
+}
+
+/// Reads the fine surface and ties its vertices to the mesh.
+fn fine_surface(document: &Document, text: &SurfaceText, file: &VolumeFile) -> Result<FineSurface, Mistake> {
+    let fail = |message: String| document.mistake(&text.file.span(), message);
+    let unit = match &text.unit {
+        None => None,
+        Some(unit) => Some(
+            unit.get_ref()
+                .parse()
+                .map_err(|e: UnitError| document.mistake(&unit.span(), e.to_string()))?,
+        ),
+    };
+    let path = document.resolve(text.file.get_ref());
+    let mesh = open_surface(&path, unit).map_err(|e| fail(e.to_string()))?.mesh;
+    let options = EmbeddingOptions::default();
+    let name = path.display();
+    let tied = match text.follow.as_ref().map(|t| (t.get_ref().as_str(), t.span())) {
+        None | Some(("moving-least-squares", _)) => {
+            Embedding::moving_least_squares(&file.mesh, &mesh.vertices, &options)
+        }
+        Some(("elements", _)) => Embedding::in_elements(&file.mesh, &mesh.vertices, &options),
+        Some((other, span)) => {
+            let message =
+                format!("found follow = {other:?}, expected \"moving-least-squares\" or \"elements\"");
+            return Err(document.mistake(&span, message));
+        }
+    };
+    let embedding = tied.map_err(|e| fail(format!("{name}: {e}")))?;
+    Ok(FineSurface { mesh, embedding })
 }

@@ -269,17 +269,18 @@ fn level(
     let (u, reactions) = (&outcome.levels[k], &outcome.reactions[k]);
     let bodies = outcome.bodies.get(k).map_or(&[][..], Vec::as_slice);
     let means = &fields.elements;
-    let points = scene.points.iter().map(|(place, location)| VolumePointRecord {
+    let points = scene.points.iter().map(|(place, held)| VolumePointRecord {
         place_mm: (*place).into(),
-        element: scene.file.element_numbers[location.element],
-        displacement_mm: location
-            .weights
+        element: scene.file.element_numbers[held.element],
+        displacement_mm: held
+            .nodes
             .iter()
-            .map(|&(n, w)| u[n] * w)
+            .zip(&held.weights)
+            .map(|(&n, w)| u[n as usize] * *w)
             .sum::<Vec3>()
             .into(),
-        strain: six(&means.strain[location.element]),
-        stress_mpa: six(&means.stress[location.element]),
+        strain: six(&means.strain[held.element]),
+        stress_mpa: six(&means.stress[held.element]),
     });
     let sets = scene.sets.iter().map(|set| {
         let sum: Vec3 = set.nodes.iter().map(|&n| u[n as usize]).sum();

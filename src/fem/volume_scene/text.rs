@@ -268,8 +268,22 @@ pub struct OutputText {
     /// Points to report \[mm\].
     #[serde(default)]
     pub points_mm: Vec<Spanned<[f64; 3]>>,
+    /// A fine surface that follows the mesh, written for every level.
+    pub surface: Option<SurfaceText>,
     /// At which levels strains and stresses stand in the JSON: "last" (the default), "all" or "none".
     pub strains: Option<Spanned<String>>,
+}
+
+/// `surface = { file, unit, follow }`: a surface of more detail than the mesh.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceText {
+    /// STL, OBJ, PLY or 3MF, from the folder of this file.
+    pub file: Spanned<String>,
+    /// Unit of the file's numbers.
+    pub unit: Option<Spanned<String>>,
+    /// "moving-least-squares" (the default), which is smooth across elements, or "elements": by their shape functions.
+    pub follow: Option<Spanned<String>>,
 }
 
 impl VolumeSceneText {

@@ -13,31 +13,22 @@
 use super::EmbeddingError;
 use super::index::Boxes;
 use crate::geometry::closest::closest_on_triangle;
-use crate::geometry::volume::{Elements, KUHN, VolumeMesh};
+use crate::geometry::volume::{CORNERS, Elements, KUHN, VolumeMesh};
 use crate::math::{Mat3, Vec3};
 
 /// Barycentric and reference coordinates may be outside by this much and count as inside: rounding.
 const INSIDE: f64 = 1e-9;
 /// Newton's steps for a hexahedron's map; it is quadratic and mostly needs four.
 const STEPS: usize = 30;
-/// Reference coordinates of a hexahedron's nodes, in VTK's order.
-const SIGNS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
 
 /// Where a point lies.
-#[derive(Clone, Debug)]
-pub(super) struct Held {
-    /// Nodes of the element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// The element.
+    pub element: usize,
+    /// Its nodes; of a Kuhn cell those of one tetrahedron.
     pub nodes: Vec<u32>,
-    /// Its shape functions at the point.
+    /// Their shape functions at the point, which add up to one.
     pub weights: Vec<f64>,
     /// Distance from the element, zero inside \[mm\].
     pub distance_mm: f64,
@@ -45,13 +36,18 @@ pub(super) struct Held {
     pub longest_edge_mm: f64,
 }
 
-/// Finds elements.
-pub(super) struct Locator<'a> {
+/// Finds the elements of a mesh.
+#[derive(Clone, Debug)]
+pub struct Locator<'a> {
     mesh: &'a VolumeMesh,
     boxes: Boxes,
 }
 
 impl<'a> Locator<'a> {
+    /// An index of the elements of `mesh`.
+    ///
+    /// # Errors
+    /// [`EmbeddingError`]: a mesh without elements, or with nodes that are missing or nowhere.
     pub fn new(mesh: &'a VolumeMesh) -> Result<Locator<'a>, EmbeddingError> {
         if mesh.elements.is_empty() {
             return Err(EmbeddingError::NoElements);
@@ -112,6 +108,7 @@ impl<'a> Locator<'a> {
             .iter()
             .flat_map(|a| all.iter().map(move |b| (place(a) - place(b)).norm()));
         Held {
+            element: element as usize,
             nodes,
             weights,
             distance_mm,
@@ -144,7 +141,7 @@ fn in_tetrahedron(p: &[Vec3; 4], x: &Vec3) -> (f64, [f64; 4]) {
 
 /// Shape functions of a hexahedron and their gradients in reference coordinates.
 fn trilinear(at: &Vec3) -> [(f64, Vec3); 8] {
-    SIGNS.map(|s| {
+    CORNERS.map(|s| {
         let [x, y, z] = std::array::from_fn(|k| 1.0 + s[k] * at[k]);
         let gradient = Vec3::new(s[0] * y * z, s[1] * x * z, s[2] * x * y);
         (x * y * z / 8.0, gradient / 8.0)

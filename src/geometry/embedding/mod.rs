@@ -23,7 +23,7 @@ mod least_squares;
 
 use super::volume::VolumeMesh;
 use crate::math::Vec3;
-use elements::Locator;
+pub use elements::{Held, Locator};
 use rayon::prelude::*;
 use thiserror::Error;
 

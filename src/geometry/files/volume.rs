@@ -7,7 +7,7 @@
 
 use super::volume_error::VolumeFileError;
 use super::{arrays, msh, vtu_read};
-use crate::geometry::volume::{Elements, VolumeMesh};
+use crate::geometry::volume::{CORNERS, Elements, VolumeMesh};
 use crate::math::{Mat3, Vec3};
 use crate::units::LengthUnit;
 use std::collections::{BTreeMap, BTreeSet};
@@ -504,27 +504,16 @@ fn turn_positive(
 
 /// Jacobian determinants of a hexahedron at its eight Gauss points \[mm³\]; their sum is its volume.
 fn determinants(corners: &[Vec3; 8]) -> Vec<f64> {
-    let signs = [
-        [-1.0, -1.0, -1.0],
-        [1.0, -1.0, -1.0],
-        [1.0, 1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-        [1.0, -1.0, 1.0],
-        [1.0, 1.0, 1.0],
-        [-1.0, 1.0, 1.0],
-    ]
-    .map(Vec3::from);
     let point = |at: &Vec3| {
         let mut jacobian = Mat3::zeros();
-        for (x, s) in corners.iter().zip(&signs) {
+        for (x, s) in corners.iter().zip(&CORNERS) {
             let t = s.component_mul(at) / 3f64.sqrt() + Vec3::from_element(1.0);
             let slope = 0.125 * Vec3::new(s.x * t.y * t.z, s.y * t.x * t.z, s.z * t.x * t.y);
             jacobian += x * slope.transpose();
         }
         jacobian.determinant()
     };
-    signs.iter().map(point).collect()
+    CORNERS.iter().map(point).collect()
 }
 
 /// Groups of elements and sets of nodes; names that come again are joined.
