@@ -117,7 +117,7 @@ fn rigid() -> Result<Findings, CheckError> {
     }
     Ok(Findings::new(
         rows,
-        "Three laws and three kinds of elements, the worst of all. Forces are sums of rounded products: 1e-12 of the largest \
+        "Three laws and four kinds of elements, the worst of all. Forces are sums of rounded products: 1e-12 of the largest \
          is a thousand roundings.",
     ))
 }

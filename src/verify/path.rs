@@ -236,7 +236,10 @@ fn errors(corner: Corner, law: &Law, rounds: usize) -> Result<Errors, CheckError
 }
 
 /// The same rubber with an energy, fitted to the secant law's stress.
-fn with_energy() -> Result<Law, CheckError> {
+///
+/// # Errors
+/// If the record in the source does not parse.
+pub fn with_energy() -> Result<Law, CheckError> {
     match rubber()? {
         Law::Isotropic(secant) => Ok(Law::Energy(Box::new(EnergyRbf::from_secant(&secant)?))),
         _ => Err(CheckError::Other(
