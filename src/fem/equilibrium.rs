@@ -10,11 +10,11 @@
 //! - *Anderson* on `u ← u + K₀⁻¹ (t f_ext − f_int(u))` with one factorisation at rest, K₀: an iteration costs a residual
 //!   and a triangular solve, about a tenth of a Newton step. Where a level takes many iterations, the secant matrix of
 //!   the current state takes the place of K₀ for the rest of the curve;
-//! - *Newton* with the consistent tangent ([`super::newton`]), where Anderson stalls.
+//! - *Newton* with the consistent tangent (`newton.rs`), where Anderson stalls.
 //!
 //! If neither arrives, the load increment is halved and the level is tried again from the last equilibrium. A state with
 //! an element turned inside out (det F ≤ 0) is never accepted: there an iteration can converge to a mirror world. Why a
-//! curve ends before its last level is found out by [`super::diagnosis`].
+//! curve ends before its last level is found out in `diagnosis.rs`.
 //!
 //! Symbols: u displacement \[mm\], f force \[N\], K stiffness \[N/mm\], t load factor. Source: Bickel 2010, 7.2.4 iterated
 //! to equilibrium; Walker and Ni 2011; Deuflhard 2004.

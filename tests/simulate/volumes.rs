@@ -1,9 +1,11 @@
 //! Scenes on volume meshes: closed forms, other programs' cases, mistakes that are answered.
 
 use crate::bench::{Bench, DATABASE, Run, numbers, run};
-use pliant::geometry::files::{Group, write_msh};
+use pliant::geometry::files::{Group, open_surface, write_msh, write_stl};
+use pliant::geometry::shapes::block;
 use pliant::geometry::volume::{Elements, KUHN, VolumeMesh};
 use pliant::math::Vec3;
+use pliant::units::LengthUnit;
 use serde_json::{Value, json};
 
 /// A bar of 40 × 20 × 20 mm with its end faces as sets and its halves as groups.
@@ -140,6 +142,50 @@ fn a_bar_pushes_back_with_e_a_epsilon() {
             assert!(bench.path("simulated").join(file).exists(), "{file}");
         }
     }
+}
+
+/// A finer surface of the same bar, carried along: a homogeneous strain takes it to 41.2 × 20.6 × 18 mm, its left, front and
+/// lower faces staying in their planes; STL holds single precision.
+#[test]
+fn a_fine_surface_follows_the_mesh() {
+    for follow in ["moving-least-squares", "elements"] {
+        let bench = bench(true);
+        let fine = block(Vec3::new(40.0, 20.0, 20.0), 1.5).unwrap();
+        let mut bytes = Vec::new();
+        write_stl(&fine, &mut bytes).unwrap();
+        std::fs::write(bench.path("fine.stl"), bytes).unwrap();
+        let scene = format!(
+            "{ROLLERS}[[load]]\nname = \"squash\"\nlevels = 2\n[[load.move]]\nset = \"top\"\ndisplacement_mm = {{ z = -2 }}\n\
+             [output]\nsurface = {{ file = \"fine.stl\", unit = \"mm\", follow = {follow:?} }}\n"
+        );
+        bench.record(&scene);
+        for (name, share) in [("squash-001-surface.stl", 0.5), ("squash-surface.stl", 1.0)] {
+            let moved =
+                open_surface(&bench.path("simulated").join(name), Some(LengthUnit::Millimetre)).unwrap();
+            let (low, high) = moved.mesh.bounds().unwrap();
+            let expected = Vec3::new(40.0 + 1.2 * share, 20.0 + 0.6 * share, 20.0 - 2.0 * share);
+            assert!(
+                low.amax() < 1e-5 && (high - expected).amax() < 1e-5,
+                "{follow} {name}: {low} {high}"
+            );
+            assert_eq!(moved.mesh.triangles.len(), fine.triangles.len());
+        }
+    }
+    let bench = bench(true);
+    let mut bytes = Vec::new();
+    write_stl(&block(Vec3::new(90.0, 20.0, 20.0), 10.0).unwrap(), &mut bytes).unwrap();
+    std::fs::write(bench.path("long.stl"), bytes).unwrap();
+    let scene = format!(
+        "{ROLLERS}[[load]]\nname = \"squash\"\n[[load.move]]\nset = \"top\"\ndisplacement_mm = {{ z = -2 }}\n\
+         [output]\nsurface = {{ file = \"long.stl\", unit = \"mm\" }}\n"
+    );
+    let run = bench.simulate(&scene, &[]);
+    assert_eq!(run.code, 2);
+    assert!(
+        run.err.contains("long.stl") && run.err.contains("outside the mesh"),
+        "{}",
+        run.err
+    );
 }
 
 /// Gravity: 16 000 mm³ of 1000 kg/m³ weigh 0.016 kg, 0.15696 N at 9.81 m/s². Pressure of 10 kPa on 40 × 20 mm: 8 N, on an

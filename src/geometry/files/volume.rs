@@ -1,6 +1,6 @@
 //! From bytes to a volume mesh in millimetres, with the named parts that its file knows.
 //!
-//! Readers answer cells of all dimensions as the file lists them ([`RawVolume`]); what makes a mesh of them is the same
+//! Readers answer cells of all dimensions as the file lists them (`RawVolume`); what makes a mesh of them is the same
 //! for all: one kind of element, each turned so that its volume is positive, no element flat or folded, no node loose.
 //! Nodes that only edges, faces or the middles of curved elements' edges name are left out; the others keep the numbers
 //! of the file, and so do elements.
