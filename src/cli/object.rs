@@ -343,11 +343,12 @@ fn report_mesh(summary: &MeshSummary, json: bool) -> miette::Result<Answer> {
         summary.file, summary.tetrahedra, summary.nodes
     ));
     say(&format!(
-        "dihedral angles {:.1}° to {:.1}°; volume {:.1} cm³, {:+.2} %",
+        "dihedral angles {:.1}° to {:.1}°; volume {:.1} cm³, {:+.2} % off the surface's",
         quality.least_dihedral_deg,
         quality.greatest_dihedral_deg,
         quality.volume_mm3 / 1000.0,
-        100.0 * quality.volume_error
+        // Adding zero turns −0 into 0.
+        (1e4 * quality.volume_error).round() / 100.0 + 0.0
     ));
     say(&format!(
         "off the surface by up to {:.2} mm, off borders between layers by up to {:.2} mm",

@@ -164,13 +164,30 @@ fn tell(
             record.work.factorisations
         ));
         for support in &level.supports {
-            // Adding zero turns −0 into 0.
-            let [x, y, z] = support.force_n.map(|f| (1e4 * f).round() / 1e4 + 0.0);
             say(&format!(
-                "  {}: force ({x:.4}, {y:.4}, {z:.4}) N",
-                support.support
+                "  {}: force {} N",
+                support.support,
+                rounded(support.force_n)
+            ));
+        }
+        for body in &level.bodies {
+            say(&format!(
+                "  {}: travel {:.4} mm, force {} N on {:.2} mm², pressure {:.4} MPa, at most {:.4} MPa",
+                body.name,
+                body.travel_mm,
+                rounded(body.force_n),
+                body.area_mm2,
+                body.mean_pressure_mpa,
+                body.largest_pressure_mpa
             ));
         }
     }
     say(&format!("files  {}", folder.display()));
+}
+
+/// Three components to four decimals.
+fn rounded(force_n: [f64; 3]) -> String {
+    // Adding zero turns −0 into 0.
+    let [x, y, z] = force_n.map(|f| (1e4 * f).round() / 1e4 + 0.0);
+    format!("({x:.4}, {y:.4}, {z:.4})")
 }
