@@ -15,11 +15,11 @@
 //! embedded points are our own.
 
 use crate::fem::elements::trilinear;
+use crate::geometry::boundary::boundary_faces;
 use crate::geometry::grid::Grid;
 use crate::geometry::solid::Solid;
 use crate::geometry::surface::area_vector;
-use crate::geometry::volume::CORNERS;
-use crate::geometry::volume::{Elements, VolumeMesh};
+use crate::geometry::volume::{CORNERS, VolumeMesh};
 use crate::math::{Mat3, Vec3};
 
 /// A place of the surface.
@@ -59,7 +59,7 @@ impl Surface {
         let mut points = Vec::new();
         let mut facets = Vec::new();
         for face in &faces {
-            for (corner, &node) in face.iter().enumerate() {
+            for (corner, &node) in face.nodes().iter().enumerate() {
                 let slot = &mut point_of[node as usize];
                 if *slot == u32::MAX {
                     *slot = points.len() as u32;
@@ -69,7 +69,7 @@ impl Surface {
                         normal: Vec3::zeros(),
                     });
                 }
-                facets.push(facet(*slot, face, corner));
+                facets.push(facet(*slot, face.nodes(), corner));
             }
         }
         Surface::finished(points, facets, &mesh.nodes)
@@ -235,55 +235,6 @@ fn facet(point: u32, face: &[u32], corner: usize) -> Facet {
     }
 }
 
-/// Faces of a hexahedron, counter-clockwise seen from outside.
-const HEXAHEDRON_FACES: [[usize; 4]; 6] = [
-    [0, 3, 2, 1],
-    [4, 5, 6, 7],
-    [0, 1, 5, 4],
-    [1, 2, 6, 5],
-    [2, 3, 7, 6],
-    [3, 0, 4, 7],
-];
-
-/// Faces of a tetrahedron, counter-clockwise seen from outside.
-const TETRAHEDRON_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-
-/// The faces that belong to one element only, in the order of the elements.
-fn boundary_faces(mesh: &VolumeMesh) -> Vec<Vec<u32>> {
-    let mut all: Vec<([u32; 4], Vec<u32>)> = Vec::new();
-    let mut take = |face: Vec<u32>| {
-        let mut key = [u32::MAX; 4];
-        key[..face.len()].copy_from_slice(&face);
-        key.sort_unstable();
-        all.push((key, face));
-    };
-    match &mesh.elements {
-        Elements::Hexahedra(cells) | Elements::KuhnCells(cells) => {
-            for c in cells {
-                HEXAHEDRON_FACES
-                    .iter()
-                    .for_each(|f| take(f.iter().map(|&i| c[i]).collect()));
-            }
-        }
-        Elements::Tetrahedra(tets) => {
-            for t in tets {
-                TETRAHEDRON_FACES
-                    .iter()
-                    .for_each(|f| take(f.iter().map(|&i| t[i]).collect()));
-            }
-        }
-    }
-    let mut order: Vec<usize> = (0..all.len()).collect();
-    order.sort_by_key(|&n| all[n].0);
-    let mut single: Vec<usize> = order
-        .chunk_by(|&a, &b| all[a].0 == all[b].0)
-        .filter(|group| group.len() == 1)
-        .map(|group| group[0])
-        .collect();
-    single.sort_unstable();
-    single.iter().map(|&n| all[n].1.clone()).collect()
-}
-
 /// A small piece of the true surface.
 struct Sample {
     element: usize,
@@ -362,7 +313,7 @@ mod tests {
     use crate::geometry::axis::Axis;
     use crate::geometry::grid::Levels;
     use crate::geometry::shapes::block;
-    use crate::geometry::volume::KUHN;
+    use crate::geometry::volume::{Elements, KUHN};
 
     fn stretched(nodes: &[Vec3]) -> Vec<Vec3> {
         nodes
