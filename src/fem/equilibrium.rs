@@ -34,6 +34,8 @@ pub use super::load_curve::{BadOption, Curve, Load, NewtonMatrix, Options, Stop,
 const DEPTH: usize = 12;
 /// Iterations after which a factor has become a poor guide.
 const REFRESH: usize = 16;
+/// Equilibria before the last that a prediction looks at.
+const MEMORY: usize = 2;
 /// Iterations without a new best after which Newton takes over.
 const PATIENCE: usize = 8;
 
@@ -190,23 +192,13 @@ impl<'a> Solver<'a> {
         Attempt::Arrived(residual)
     }
 
-    /// The start of the iteration at factor `next`: the last increment continued, or the linear answer from rest.
+    /// The start of the iteration at factor `next`: the path continued, or the linear answer from rest.
     fn predicted(&mut self, path: &Path, next: f64, materials: &Materials, load: &Load) -> Vec<Vec3> {
-        let mut u = match &path.previous {
-            Some((older, factor)) => {
-                let ratio = (next - path.factor) / (path.factor - factor);
-                path.u
-                    .iter()
-                    .zip(older)
-                    .map(|(u, o)| u + (u - o) * ratio)
-                    .collect()
-            }
-            None => path.u.clone(),
-        };
+        let mut u = path.continued(next);
         let Some(prescribed) = &load.prescribed else {
             return u;
         };
-        if path.previous.is_none() {
+        if path.before.is_empty() {
             self.follow_supports(&mut u, prescribed, next - path.factor, materials);
         }
         self.place_supports(&mut u, prescribed, next);
@@ -270,7 +262,7 @@ impl<'a> Solver<'a> {
             })
             .or_else(|| {
                 // The prediction itself may have been the trouble.
-                path.previous.as_ref()?;
+                path.before.last()?;
                 u.clone_from(&path.u);
                 if let Some(prescribed) = &load.prescribed {
                     self.place_supports(u, prescribed, t);
@@ -410,7 +402,8 @@ pub(super) fn linear_solver(model: &Model) -> Result<LinearSolver, CholeskyError
 pub(super) struct Path {
     pub u: Vec<Vec3>,
     pub factor: f64,
-    previous: Option<(Vec<Vec3>, f64)>,
+    /// Up to two equilibria before, the latest last.
+    before: Vec<(Vec<Vec3>, f64)>,
     /// Where the last iteration that failed ended.
     pub failed: std::cell::RefCell<Vec<Vec3>>,
 }
@@ -420,13 +413,34 @@ impl Path {
         Path {
             u: vec![Vec3::zeros(); nodes],
             factor: 0.0,
-            previous: None,
+            before: Vec::new(),
             failed: std::cell::RefCell::default(),
         }
     }
 
+    /// The polynomial in the load factor through the equilibria known, at `next`.
+    fn continued(&self, next: f64) -> Vec<Vec3> {
+        let factors: Vec<f64> = self.before.iter().map(|b| b.1).chain([self.factor]).collect();
+        let share = |k: usize| -> f64 {
+            let others = (0..factors.len()).filter(|&j| j != k);
+            others
+                .map(|j| (next - factors[j]) / (factors[k] - factors[j]))
+                .product()
+        };
+        let own = share(factors.len() - 1);
+        let mut u: Vec<Vec3> = self.u.iter().map(|u| u * own).collect();
+        for (k, (older, _)) in self.before.iter().enumerate() {
+            let share = share(k);
+            u.iter_mut().zip(older).for_each(|(u, o)| *u += o * share);
+        }
+        u
+    }
+
     fn accept(&mut self, u: Vec<Vec3>, factor: f64) {
-        self.previous = Some((std::mem::replace(&mut self.u, u), self.factor));
+        if self.before.len() == MEMORY {
+            self.before.remove(0);
+        }
+        self.before.push((std::mem::replace(&mut self.u, u), self.factor));
         self.factor = factor;
     }
 }
