@@ -89,15 +89,17 @@ pub(super) fn cluster<const N: usize>(
     if means.volume <= 0.0 {
         return;
     }
+    // A point alone is its own mean.
+    let shares = block.volumetric == VolumetricStrain::Shared || points.len() == 1;
+    if shares && kind == Kind::Secant && points.iter().all(|p| matches!(p.law, Law::Isotropic(_))) {
+        return isotropic_secant(block, &points, &means, size, out);
+    }
     if block.volumetric == VolumetricStrain::Pointwise {
         for point in &mut points {
             point.respond_alone(kind);
             add_point(block, point, kind, size, out);
         }
         return;
-    }
-    if kind == Kind::Secant && points.iter().all(|p| matches!(p.law, Law::Isotropic(_))) {
-        return isotropic_secant(block, &points, &means, size, out);
     }
     points.iter_mut().for_each(|p| p.respond(&means, kind));
     let couplings: Vec<Coupling> = [Volumetric::Trace, Volumetric::Jacobian]
