@@ -6,7 +6,7 @@
 //!
 //! by GMRES (Saad and Schultz 1986). In the inner product of S⁻¹ the operator is the identity plus a skew one: its field
 //! of values lies on the line 1 + i ℝ, so the iteration cannot stagnate (Concus and Golub 1976; Widlund 1978). The tangents of strain-space laws are of this
-//! kind, with a W that is small against S: three to eight iterations, each a triangular solve and a product with W, in place of
+//! kind, with a W that is small against S: about five iterations, each a triangular solve and a product with W, in place of
 //! an unsymmetric factorisation of twice the size.
 
 use super::cholesky::Pattern;
