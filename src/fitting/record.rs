@@ -7,7 +7,7 @@ use super::curve::{Curve, CurveError, read_curve};
 use super::tubes::TubesError;
 use crate::material::homogeneous::{simple_shear, uniaxial};
 use crate::material::law::Law;
-use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA};
+use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty};
 use crate::math::mandel::Mandel;
 
 /// A record and what was fitted on the way.
@@ -102,6 +102,8 @@ pub fn fit_coupon(
     record
         .assumptions
         .extend(assumptions(coupon, poisson, &tests, &fit.law));
+    let knowledge = knowledge(&fit, &tests);
+    record.uncertainty = uncertainty(&fit.law, &knowledge.covariance, "residuals".into());
     let held_out = predicted.into_iter().map(|(source, test)| HeldOut {
         specimen: source.specimen.clone(),
         file: source.file.clone(),
@@ -110,7 +112,7 @@ pub fn fit_coupon(
     });
     Ok(Fitted {
         held_out: held_out.collect(),
-        knowledge: Some(knowledge(&fit, &tests)),
+        knowledge: Some(knowledge),
         record,
         tests,
         fit: Some(fit),
@@ -136,6 +138,20 @@ fn measurements(coupon: &CouponFile, tests: &[CouponTest], errors: &[TestError])
         });
     }
     list
+}
+
+/// A covariance of the law's parameters as a record shows it, to six digits; none if it is not finite.
+pub fn uncertainty(law: &Law, covariance: &[Vec<f64>], basis: String) -> Option<Uncertainty> {
+    let six = |x: &f64| crate::material::record::significant(*x, 6);
+    let finite = covariance.iter().flatten().all(|x| x.is_finite());
+    (finite && !covariance.is_empty()).then(|| Uncertainty {
+        parameters: law.parameters().into_iter().map(|p| p.name).collect(),
+        covariance: covariance
+            .iter()
+            .map(|row| row.iter().map(six).collect())
+            .collect(),
+        basis,
+    })
 }
 
 fn of_tubes(coupon: &CouponFile, tubes: &Tubes) -> Result<Fitted, FitError> {

@@ -65,7 +65,11 @@ fn overview(entries: &[Entry]) -> String {
             record.id,
             fit.choice.word(),
             fitted.join(", "),
-            if held.is_empty() { "–".into() } else { held.join(", ") },
+            if held.is_empty() {
+                "–".into()
+            } else {
+                held.join(", ")
+            },
             law(0),
             outside.unwrap_or("–")
         ));
@@ -75,7 +79,10 @@ fn overview(entries: &[Entry]) -> String {
 
 fn section(entry: &Entry) -> String {
     let record = &entry.fitted.record;
-    let mut text = format!("\n## {}\n\n{}\n\nData: {}", record.id, record.name, record.source.citation);
+    let mut text = format!(
+        "\n## {}\n\n{}\n\nData: {}",
+        record.id, record.name, record.source.citation
+    );
     text.push_str(&format!(" ({}).\n\n", record.source.licence));
     for (link, words) in &entry.drawings {
         text.push_str(&format!("![{words}]({link})\n"));

@@ -122,7 +122,11 @@ pub fn stress_plot(fitted: &Fitted, bootstrap: Option<&Bootstrap>) -> Option<Svg
         ));
         // The line ends where the fitted tests end; a held-out one may go further.
         let end = furthest(&held.test);
-        if fitted.tests.iter().all(|t| furthest(t).abs() < 0.99 * end.abs() || t.kind != held.test.kind) {
+        if fitted
+            .tests
+            .iter()
+            .all(|t| furthest(t).abs() < 0.99 * end.abs() || t.kind != held.test.kind)
+        {
             plot = plot.with(Series::new(
                 format!("{}, extrapolated", held.test.kind.word()),
                 line(&fit.law, &held.test, end, &unit),
@@ -148,7 +152,9 @@ pub fn error_plot(fitted: &Fitted) -> Option<Svg> {
         let size = (squares / test.curve.stress.len().max(1) as f64).sqrt();
         let errors = stress_errors(&fit.law, test);
         let points = test.curve.strain.iter().zip(errors);
-        points.map(|(e, error)| [percent(*e), 100.0 * error / size]).collect()
+        points
+            .map(|(e, error)| [percent(*e), 100.0 * error / size])
+            .collect()
     };
     for (k, test) in fitted.tests.iter().enumerate() {
         let series = Series::new(
@@ -161,7 +167,12 @@ pub fn error_plot(fitted: &Fitted) -> Option<Svg> {
     }
     for held in &fitted.held_out {
         let name = format!("{}, held out ({})", held.test.kind.word(), held.file);
-        plot = plot.with(Series::new(name, errors(&held.test), Style::Dashed, Colour::qualitative(0)));
+        plot = plot.with(Series::new(
+            name,
+            errors(&held.test),
+            Style::Dashed,
+            Colour::qualitative(0),
+        ));
     }
     Some(plot.svg())
 }
@@ -185,7 +196,11 @@ pub fn laws_plot(fitted: &Fitted, comparison: &Comparison) -> Svg {
         let name = format!(
             "{}{}",
             row.fit.choice.word(),
-            if comparison.outside == Some(k) { ", to be trusted" } else { "" }
+            if comparison.outside == Some(k) {
+                ", to be trusted"
+            } else {
+                ""
+            }
         );
         plot = plot.with(Series::new(name, points, style, Colour::qualitative(k + 1)));
     }
