@@ -71,6 +71,7 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
     }
     let mut answer = Answer::Done;
     let mut written = Vec::new();
+    let mut record_file = None;
     if !findings.is_empty() {
         answer = Answer::Negative;
         warn(&format!(
@@ -78,7 +79,7 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
         ));
     } else if !arguments.dry_run {
         let file = write_record(&fitted.record, &arguments.out).into_diagnostic()?;
-        written.push(file.display().to_string());
+        record_file = Some(file.display().to_string());
     }
     let mut drawings = Vec::new();
     if let Some(folder) = &arguments.plots {
@@ -91,15 +92,13 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
         }
     }
     if !arguments.json {
-        written.iter().for_each(|file| say(&format!("  wrote {file}")));
+        let files = record_file.iter().chain(&written);
+        files.for_each(|file| say(&format!("  wrote {file}")));
     }
-    let value = value(
-        &fitted,
-        comparison.as_ref(),
-        resampled.as_ref(),
-        &findings,
-        &written,
-    )?;
+    let mut value = value(&fitted, comparison.as_ref(), resampled.as_ref())?;
+    value["findings"] = findings.iter().map(|f| f.message.clone()).collect();
+    value["file"] = record_file.into();
+    value["drawings"] = written.into();
     Ok(Done {
         answer,
         value,
@@ -318,8 +317,6 @@ fn value(
     fitted: &Fitted,
     comparison: Option<&Comparison>,
     resampled: Option<&Bootstrap>,
-    findings: &[crate::material::check::Finding],
-    written: &[String],
 ) -> miette::Result<Value> {
     let record = &fitted.record;
     let numbers = fitted.knowledge.iter().flat_map(|k| &k.numbers).map(|n| {
@@ -366,9 +363,6 @@ fn value(
         "stopped": fitted.fit.as_ref().map(|f| stop_words(f.stop)),
         "comparison": laws,
         "bootstrap": bands,
-        "findings": findings.iter().map(|f| f.message.clone()).collect::<Vec<_>>(),
-        "file": written.first(),
-        "written": written,
     }))
 }
 
