@@ -5,7 +5,8 @@ use super::terminal::{say, warn};
 use crate::fitting::coupon_file::CouponFile;
 use crate::fitting::record::{Fitted, fit_coupon};
 use crate::material::check::check;
-use crate::material::database::write_record;
+use crate::material::database::Database;
+use crate::material::put::{Change, Put};
 use miette::{IntoDiagnostic, WrapErr, miette};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -38,7 +39,9 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let mut answer = Answer::Done;
     let mut values = Vec::new();
     for path in &arguments.coupons {
-        let fitted = fit_file(path, arguments.data.as_deref())?;
+        let mut fitted = fit_file(path, arguments.data.as_deref())?;
+        // Only a recipe that the database holds can be found again.
+        fitted.record.recipe = fitted.record.recipe.filter(|r| arguments.out.join(r).is_file());
         let record = &fitted.record;
         let text = record.to_toml().into_diagnostic()?;
         let findings = check(record, &text);
@@ -57,11 +60,11 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
                 record.id
             ));
         } else if !arguments.dry_run {
-            let file = write_record(record, &arguments.out).into_diagnostic()?;
+            let put = Database::put(&arguments.out, record).into_diagnostic()?;
             if !arguments.json {
-                say(&format!("  wrote {}", file.display()));
+                say(&wrote(&put));
             }
-            written = Some(file.display().to_string());
+            written = Some(put.file.display().to_string());
         }
         values.push(json!({
             "id": record.id,
@@ -76,6 +79,15 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         say(&serde_json::to_string_pretty(&values).into_diagnostic()?);
     }
     Ok(answer)
+}
+
+fn wrote(put: &Put) -> String {
+    let (file, version) = (put.file.display(), put.version);
+    match put.change {
+        Change::First => format!("  wrote {file}"),
+        Change::Revised => format!("  wrote {file}, version {version}; the one before is kept"),
+        Change::Same => format!("  {file} holds this already, as version {version}"),
+    }
 }
 
 fn fit_file(path: &Path, data: Option<&Path>) -> miette::Result<Fitted> {
