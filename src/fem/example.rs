@@ -81,6 +81,22 @@ impl Contact {
     /// # Errors
     /// [`ContactError`] if less than half of the patch meets the object.
     pub fn unit_load(&self, solid: &Solid, grid: &Grid) -> Result<(Vec<Vec3>, Vec3), ContactError> {
+        let locate = |spot: &Vec3| grid.locate(spot).map(|place| Sensor::nodes(grid, &place));
+        let (shares, middle) = self.shares(solid, grid.mesh.nodes.len(), locate)?;
+        Ok((shares.iter().map(|s| self.direction * *s).collect(), middle))
+    }
+
+    /// Share of each node, `(nodes)`, in a force that is spread evenly over the patch; and the contact point moved onto the
+    /// surface. `locate` answers a point with its nodes and their shape functions' values.
+    ///
+    /// # Errors
+    /// [`ContactError`] if less than half of the patch meets the object.
+    pub fn shares(
+        &self,
+        solid: &Solid,
+        nodes: usize,
+        locate: impl Fn(&Vec3) -> Option<Vec<(usize, f64)>>,
+    ) -> Result<(Vec<f64>, Vec3), ContactError> {
         let spots = self.spots(solid);
         let share = spots.len() as f64 / SPOTS as f64;
         let Some(middle) = self
@@ -97,15 +113,13 @@ impl Contact {
                 high,
             });
         };
-        let mut forces = vec![Vec3::zeros(); grid.mesh.nodes.len()];
-        let each = self.direction / spots.len() as f64;
+        let mut shares = vec![0.0; nodes];
         for spot in &spots {
-            let Some(place) = grid.locate(spot) else { continue };
-            for (node, weight) in Sensor::nodes(grid, &place) {
-                forces[node] += each * weight;
+            for (node, weight) in locate(spot).unwrap_or_default() {
+                shares[node] += weight / spots.len() as f64;
             }
         }
-        Ok((forces, middle))
+        Ok((shares, middle))
     }
 
     /// Points of the surface under the patch \[mm\].

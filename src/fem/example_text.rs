@@ -1,11 +1,14 @@
 //! `[[example]]` tables: force–displacement examples as people write them.
 
-use super::example::{Example, MeasuredPoint};
+use super::example::{Contact, Example, MeasuredPoint};
+use super::example_table::read_table;
 use super::setup::ContactText;
-use crate::math::Vec3;
 use crate::units::document::{Document, Mistake};
 use serde::Deserialize;
 use toml::Spanned;
+
+/// A force this little across the direction, as a share of it, counts as along it.
+const ALONG: f64 = 1e-6;
 
 /// `[[example]]`.
 #[derive(Clone, Debug, Deserialize)]
@@ -86,7 +89,7 @@ fn example(document: &Document, text: &ExampleText) -> Result<Example, Mistake> 
             };
             (forces.get_ref().clone(), vec![point])
         }
-        (None, None, Some(file)) => read_points(document, file)?,
+        (None, None, Some(file)) => read_points(document, file, &contact)?,
         _ => {
             let message = format!(
                 "example {name:?} needs either forces_n and displacements_mm, or a file with displacements of points"
@@ -119,98 +122,23 @@ pub fn check_forces(document: &Document, forces: &Spanned<Vec<f64>>) -> Result<(
     ))
 }
 
-const COLUMNS: [&str; 7] = ["force_n", "x_mm", "y_mm", "z_mm", "dx_mm", "dy_mm", "dz_mm"];
-
-#[derive(serde::Deserialize)]
-struct PointRow {
-    force_n: f64,
-    x_mm: f64,
-    y_mm: f64,
-    z_mm: f64,
-    dx_mm: Option<f64>,
-    dy_mm: Option<f64>,
-    dz_mm: Option<f64>,
-}
-
-/// Reads `force_n, x_mm, y_mm, z_mm, dx_mm, dy_mm, dz_mm`: one row a point and force, every point at every force; an empty
-/// displacement is a marker that was lost.
+/// A search presses along the contact's direction alone.
 fn read_points(
     document: &Document,
     file: &Spanned<String>,
+    contact: &Contact,
 ) -> Result<(Vec<f64>, Vec<MeasuredPoint>), Mistake> {
-    let path = document.resolve(file.get_ref());
-    let bad = |line: u64, message: String| {
-        document.mistake(
-            &file.span(),
-            format!("{}, line {line}: {message}", path.display()),
-        )
-    };
-    let mut reader = csv::Reader::from_path(&path).map_err(|e| bad(0, e.to_string()))?;
-    let headers = reader.headers().map_err(|e| bad(1, e.to_string()))?;
-    // An absent column would read as markers that were all lost.
-    if let Some(absent) = COLUMNS.iter().find(|c| !headers.iter().any(|h| h == **c)) {
-        return Err(bad(
-            1,
-            format!("found no column {absent}, expected {}", COLUMNS.join(",")),
-        ));
-    }
-    let mut forces: Vec<f64> = Vec::new();
-    let mut points: Vec<MeasuredPoint> = Vec::new();
-    for (index, row) in reader.deserialize::<PointRow>().enumerate() {
-        let line = index as u64 + 2;
-        let row = row.map_err(|e| bad(line, e.to_string()))?;
-        let place = Vec3::new(row.x_mm, row.y_mm, row.z_mm);
-        let moved = [row.dx_mm, row.dy_mm, row.dz_mm];
-        if !place.iter().chain(moved.iter().flatten()).all(|x| x.is_finite()) || !row.force_n.is_finite() {
-            return Err(bad(line, "found a number that is not finite".into()));
+    let table = read_table(document, file, &contact.direction)?;
+    let along: Vec<f64> = table.forces.iter().map(|f| f.dot(&contact.direction)).collect();
+    for (force, along) in table.forces.iter().zip(&along) {
+        let across = (force - contact.direction * *along).norm();
+        if across > ALONG * along {
+            let message = format!(
+                "{}: found a force of {along:.3} N with {across:.3} N across the direction, expected forces along it (give force_n)",
+                file.get_ref()
+            );
+            return Err(document.mistake(&file.span(), message));
         }
-        if forces.last() != Some(&row.force_n) {
-            if row.force_n <= forces.last().copied().unwrap_or(0.0) {
-                return Err(bad(
-                    line,
-                    format!(
-                        "found a force of {} N, expected rising forces above zero",
-                        row.force_n
-                    ),
-                ));
-            }
-            forces.push(row.force_n);
-        }
-        let level = forces.len() - 1;
-        let index = match points.iter().position(|p| p.place == place) {
-            Some(index) => index,
-            None => {
-                let directions = vec![Vec3::x(), Vec3::y(), Vec3::z()];
-                points.push(MeasuredPoint {
-                    place,
-                    directions,
-                    displacements_mm: vec![vec![None; 3]; level],
-                });
-                points.len() - 1
-            }
-        };
-        let series = &mut points[index].displacements_mm;
-        if series.len() > level {
-            return Err(bad(
-                line,
-                format!(
-                    "the point {:?} stands twice at {} N",
-                    [place.x, place.y, place.z],
-                    row.force_n
-                ),
-            ));
-        }
-        series.resize(level, vec![None; 3]);
-        series.push(moved.to_vec());
     }
-    if points.is_empty() {
-        return Err(bad(
-            1,
-            "found no rows, expected force_n,x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm".into(),
-        ));
-    }
-    for point in &mut points {
-        point.displacements_mm.resize(forces.len(), vec![None; 3]);
-    }
-    Ok((forces, points))
+    Ok((along, table.points))
 }

@@ -8,7 +8,8 @@
 //! | [`load_curve`], [`equilibrium`] | what a solve is given and answers; the solve, with Newton's iteration and a diagnosis of why a curve ends |
 //! | [`sensitivity`] | derivatives of displacements with respect to material parameters |
 //! | [`contact`] | rigid probes, floors and surfaces to slide on, with a solve of their own |
-//! | [`example`], [`example_text`] | force–displacement examples |
+//! | [`example`], [`example_text`], [`example_table`] | force–displacement examples |
+//! | [`measurement_set`], [`specimen`] | examples of one material with their specimen; that specimen, wired for the solver |
 //! | [`setup`], [`regions`] | objects, supports and regions as people write them |
 //! | [`rig`] | an object on the test bench: materials by cell in, displacements out |
 //! | [`scene`], [`scene_text`], [`scene_materials`] | an object with its materials and what is done to it |
@@ -20,9 +21,11 @@ mod diagnosis;
 pub mod elements;
 pub mod equilibrium;
 pub mod example;
+pub mod example_table;
 pub mod example_text;
 pub mod forces;
 pub mod load_curve;
+pub mod measurement_set;
 pub mod model;
 mod newton;
 pub mod patches;
@@ -35,6 +38,7 @@ pub mod scene_record;
 pub mod scene_text;
 pub mod sensitivity;
 pub mod setup;
+pub mod specimen;
 pub mod stage;
 pub mod stiffness;
 pub mod volume_scene;

@@ -268,12 +268,32 @@ impl FixedText {
         grid: &Grid,
         constrained: &mut [Constrained],
     ) -> Result<(), Mistake> {
+        self.hold_nodes(
+            document,
+            &grid.mesh.nodes,
+            &|top| grid.end_nodes(top),
+            constrained,
+        )
+    }
+
+    /// Marks the components that this support holds among the places `nodes` \[mm\]; `end` answers the nodes at the lower
+    /// (false) or upper end.
+    ///
+    /// # Errors
+    /// As [`FixedText::hold`].
+    pub fn hold_nodes(
+        &self,
+        document: &Document,
+        nodes: &[Vec3],
+        end: &dyn Fn(bool) -> Vec<usize>,
+        constrained: &mut [Constrained],
+    ) -> Result<(), Mistake> {
         let components = self.components(document)?;
         let (nodes, span) = match (&self.face, &self.box_mm, &self.cylinder) {
-            (Some(face), None, None) => (end_nodes(document, face, grid)?, face.span()),
-            (None, Some(corners), None) => (nodes_in(&box_region(document, corners)?, grid), corners.span()),
+            (Some(face), None, None) => (end(is_top(document, face)?), face.span()),
+            (None, Some(corners), None) => (nodes_in(&box_region(document, corners)?, nodes), corners.span()),
             (None, None, Some(cylinder)) => (
-                nodes_in(&cylinder_region(document, cylinder.get_ref())?, grid),
+                nodes_in(&cylinder_region(document, cylinder.get_ref())?, nodes),
                 cylinder.span(),
             ),
             (None, None, None) => {
@@ -316,10 +336,10 @@ impl FixedText {
     }
 }
 
-fn end_nodes(document: &Document, face: &Spanned<String>, grid: &Grid) -> Result<Vec<usize>, Mistake> {
+fn is_top(document: &Document, face: &Spanned<String>) -> Result<bool, Mistake> {
     match face.get_ref().as_str() {
-        "bottom" => Ok(grid.end_nodes(false)),
-        "top" => Ok(grid.end_nodes(true)),
+        "bottom" => Ok(false),
+        "top" => Ok(true),
         other => Err(document.mistake(
             &face.span(),
             format!("found face {other:?}, expected \"bottom\" or \"top\""),
@@ -327,10 +347,8 @@ fn end_nodes(document: &Document, face: &Spanned<String>, grid: &Grid) -> Result
     }
 }
 
-fn nodes_in(region: &Region, grid: &Grid) -> Vec<usize> {
-    (0..grid.mesh.nodes.len())
-        .filter(|&n| region.contains(&grid.mesh.nodes[n]))
-        .collect()
+fn nodes_in(region: &Region, nodes: &[Vec3]) -> Vec<usize> {
+    (0..nodes.len()).filter(|&n| region.contains(&nodes[n])).collect()
 }
 
 impl ContactText {

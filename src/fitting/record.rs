@@ -84,6 +84,8 @@ pub fn fit_coupon(
             points: fitted.curve.strain.len(),
             relative_rms: rounded(error.relative_rms, 5),
             lateral_relative_rms: error.lateral_relative_rms.map(|e| rounded(e, 5)),
+            rms_mm: None,
+            largest_mm: None,
         });
     }
     let law = Law::Isotropic(fit.law.clone());
@@ -139,7 +141,10 @@ fn skeleton(
 ) -> Result<MaterialRecord, CouponError> {
     Ok(MaterialRecord {
         schema: SCHEMA,
+        version: 1,
         id: coupon.id.clone(),
+        previous_sha256: None,
+        recipe: Some(format!("coupons/{}.toml", coupon.id)),
         name: coupon.name.clone(),
         kind,
         synthetic: false,
@@ -149,6 +154,7 @@ fn skeleton(
         printability: coupon.printability.clone(),
         source: coupon.source.clone(),
         model: Model::of(law, engineering_strain.map(|e| rounded(e, 4)))?,
+        uncertainty: None,
         measurements: Vec::new(),
         checks: check_pairs(law, engineering_strain),
     })

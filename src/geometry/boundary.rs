@@ -1,5 +1,6 @@
 //! The boundary of a volume mesh: faces that belong to one element alone, corners counter-clockwise seen from outside.
 
+use super::surface::TriMesh;
 use super::volume::{Elements, VolumeMesh};
 use crate::math::Vec3;
 use std::collections::BTreeMap;
@@ -89,6 +90,22 @@ pub fn boundary_faces(mesh: &VolumeMesh) -> Vec<BoundaryFace> {
     }
     faces.retain(|face| times.get(&key(face)) == Some(&1));
     faces
+}
+
+/// The boundary as triangles, quadrilaterals cut along a diagonal; its vertices are all nodes of the mesh.
+pub fn boundary_surface(mesh: &VolumeMesh) -> TriMesh {
+    let mut triangles = Vec::new();
+    for face in boundary_faces(mesh) {
+        match *face.nodes() {
+            [a, b, c] => triangles.push([a, b, c]),
+            [a, b, c, d] => triangles.extend([[a, b, c], [a, c, d]]),
+            _ => {}
+        }
+    }
+    TriMesh {
+        vertices: mesh.nodes.clone(),
+        triangles,
+    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! [`transverse`] are that secant form; [`hyperelastic`] (with [`neo_hookean`], [`principal`] and the terms of its energies) and
 //! [`energy`] have an energy; [`paper`] is the papers' form for comparison;
 //! [`law_text`] is a law as people write it; [`homogeneous`] answers the tests of a coupon; [`record`] is a material on disk,
-//! [`check`] says whether to trust it, [`database`] is the folder of all.
+//! [`migrate`] reads and rewrites older schemas, [`check`] says whether to trust it, [`database`] is the folder of all.
 
 pub mod check;
 pub mod database;
@@ -18,10 +18,12 @@ mod isotropic_lanes;
 pub mod law;
 pub mod law_text;
 mod law_text_rbf;
+pub mod migrate;
 pub mod neo_hookean;
 pub mod paper;
 pub mod principal;
 pub mod record;
+mod record_law;
 mod record_places;
 mod stretch_terms;
 pub mod transverse;

@@ -4,20 +4,16 @@
 //! of strain it was fitted in, density, colour, what was measured and where that came from, how well the law answers
 //! the measurement, what had to be assumed. `docs/formats.md` describes the file.
 
-use super::energy::EnergyRbf;
-use super::hyperelastic::{Form, Hyperelastic};
-use super::isotropic::IsotropicRbf;
-use super::law::{Law, LawError, Range};
-use super::transverse::{TransverseModuli, TransverseRbf};
-use crate::math::multiquadric::Multiquadric;
-use crate::math::rbf::LinearRbf;
+use super::hyperelastic::Form;
+use super::law::LawError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
+use super::migrate::migrate;
 pub use super::record_places::{field_error, line_of_field, read_toml, unknown_fields};
 
-/// The version of the record that this program reads and writes.
-pub const SCHEMA: u32 = 1;
+/// The version of the format that this program writes. It reads older ones too: [`super::migrate`].
+pub const SCHEMA: u32 = 2;
 
 /// The symmetry of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,6 +56,15 @@ impl Kind {
 pub struct MaterialRecord {
     /// Version of the format.
     pub schema: u32,
+    /// Which of the records of this id it is, from 1. A record never changes: other content is another version.
+    #[serde(default)]
+    pub version: u32,
+    /// The file that the record was fitted from, relative to the database's folder: `coupons/ID.toml`, `sets/ID.toml`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recipe: Option<String>,
+    /// SHA-256 of the file of the version before, in hexadecimal digits; none for version 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub previous_sha256: Option<String>,
     /// The name of the file without its ending: lower-case letters, digits and hyphens.
     pub id: String,
     /// The name for people.
@@ -80,6 +85,9 @@ pub struct MaterialRecord {
     pub source: Source,
     /// The law.
     pub model: Model,
+    /// How well the measurement determines the law's parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<Uncertainty>,
     /// What was measured, with the law's error. Empty for a synthetic material.
     #[serde(default)]
     pub measurements: Vec<Measurement>,
@@ -189,6 +197,31 @@ pub struct Measurement {
     /// The same for the lateral strain, where it was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lateral_relative_rms: Option<f64>,
+    /// For a probe's test: root mean square of the displacement errors \[mm\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_mm: Option<f64>,
+    /// For a probe's test: the largest displacement error \[mm\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_mm: Option<f64>,
+}
+
+/// How well a measurement determines the parameters of a law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// Names of the parameters that were fitted, `(n)`, as [`super::law::Law::parameters`] names and orders them.
+    pub parameters: Vec<String>,
+    /// Their covariance `(n × n)`, in products of the parameters' units.
+    pub covariance: Vec<Vec<f64>>,
+    /// Where it comes from, in words: "residuals", "bootstrap of 200".
+    pub basis: String,
+}
+
+impl Uncertainty {
+    /// Standard deviations of the parameters, `(n)`, in their units.
+    pub fn deviations(&self) -> Vec<f64> {
+        let diagonal = |(i, row): (usize, &Vec<f64>)| row.get(i).copied().unwrap_or(f64::NAN).sqrt();
+        self.covariance.iter().enumerate().map(diagonal).collect()
+    }
 }
 
 /// A strain and the stress that the law answered.
@@ -255,23 +288,17 @@ pub struct Unknown {
 }
 
 impl MaterialRecord {
-    /// Reads a record from the text of its file; `file` is for messages. Also answers which fields it did not know.
+    /// Reads a record from the text of its file, whatever schema it is in; `file` is for messages. Also answers which fields
+    /// it did not know.
     ///
     /// # Errors
-    /// No TOML, a missing field, a wrong type, another schema version, lists whose length does not fit the kind.
+    /// No TOML, a missing field, a wrong type, a schema that this version does not know, lists whose length does not fit the
+    /// kind.
     pub fn parse(text: &str, file: &Path) -> Result<(Self, Vec<Unknown>), RecordError> {
-        let record: MaterialRecord = read_toml(text, file)?;
-        if record.schema != SCHEMA {
-            return Err(field_error(
-                text,
-                file,
-                "schema",
-                &record.schema,
-                &format!("{SCHEMA}"),
-            ));
-        }
-        record.check_lengths(text, file)?;
+        let mut record: MaterialRecord = read_toml(text, file)?;
         let unknown = unknown_fields(text, &record);
+        migrate(&mut record, text, file)?;
+        record.check_lengths(text, file)?;
         Ok((record, unknown))
     }
 
@@ -316,87 +343,24 @@ impl MaterialRecord {
                 }
             }
         }
+        let Some(uncertainty) = &self.uncertainty else {
+            return Ok(());
+        };
+        let n = uncertainty.parameters.len();
+        let square =
+            uncertainty.covariance.len() == n && uncertainty.covariance.iter().all(|row| row.len() == n);
+        if !square {
+            let found = format!("{} rows", uncertainty.covariance.len());
+            let expected = format!("{n} rows of {n} numbers, one for each of uncertainty.parameters");
+            return Err(field_error(
+                text,
+                file,
+                "uncertainty.covariance",
+                &found,
+                &expected,
+            ));
+        }
         Ok(())
-    }
-
-    /// The law of the stored weights, axis along z.
-    ///
-    /// # Errors
-    /// Numbers that make no law; the message names the record.
-    pub fn law(&self) -> Result<Law, RecordError> {
-        let named = |source| RecordError::Law {
-            id: self.id.clone(),
-            source,
-        };
-        let model = &self.model;
-        if let Some(form) = &model.hyperelastic {
-            let law = Hyperelastic::new(form.clone());
-            return law.map(Law::Hyperelastic).map_err(named);
-        }
-        match self.kind {
-            Kind::Isotropic if model.formulation == Formulation::Energy => {
-                let range = model.range.invariants::<3>().map_err(named)?;
-                let rbf = model.interpolant::<3, 2>().map_err(named)?;
-                let smooth = Multiquadric {
-                    centres: rbf.centres,
-                    weights: rbf.weights,
-                    constant: rbf.constant,
-                    offset: model.offset.unwrap_or(0.0),
-                };
-                let law = EnergyRbf::from_weights(smooth, range);
-                law.map(|law| Law::Energy(Box::new(law))).map_err(named)
-            }
-            Kind::Isotropic => {
-                let range = model.range.invariants::<3>().map_err(named)?;
-                let law = IsotropicRbf::from_weights(model.interpolant::<3, 2>().map_err(named)?, range);
-                law.map(Law::Isotropic).map_err(named)
-            }
-            Kind::TransverselyIsotropic => {
-                let range = model.range.invariants::<4>().map_err(named)?;
-                let law = TransverseRbf::from_weights(model.interpolant::<4, 5>().map_err(named)?, range);
-                law.map(|law| Law::TransverselyIsotropic(Box::new(law)))
-                    .map_err(named)
-            }
-        }
-    }
-
-    /// The law that the moduli at the centres make, for comparison with the stored weights.
-    ///
-    /// # Errors
-    /// Moduli that make no law.
-    pub fn law_from_moduli(&self) -> Result<Law, RecordError> {
-        let named = |source| RecordError::Law {
-            id: self.id.clone(),
-            source,
-        };
-        let model = &self.model;
-        if model.hyperelastic.is_some() {
-            return self.law();
-        }
-        match self.kind {
-            Kind::Isotropic if model.formulation == Formulation::Energy => {
-                let (centres, moduli) = model.rows::<3, 2>().map_err(named)?;
-                let range = model.range.invariants::<3>().map_err(named)?;
-                EnergyRbf::interpolating(&centres, &moduli, model.offset.unwrap_or(0.0), range)
-                    .map(|law| Law::Energy(Box::new(law)))
-                    .map_err(named)
-            }
-            Kind::Isotropic => {
-                let (centres, moduli) = model.rows::<3, 2>().map_err(named)?;
-                let range = model.range.invariants::<3>().map_err(named)?;
-                IsotropicRbf::interpolating(&centres, &moduli, range)
-                    .map(Law::Isotropic)
-                    .map_err(named)
-            }
-            Kind::TransverselyIsotropic => {
-                let (centres, moduli) = model.rows::<4, 5>().map_err(named)?;
-                let moduli: Vec<_> = moduli.into_iter().map(TransverseModuli::from_array).collect();
-                let range = model.range.invariants::<4>().map_err(named)?;
-                TransverseRbf::interpolating(&centres, &moduli, range)
-                    .map(|law| Law::TransverselyIsotropic(Box::new(law)))
-                    .map_err(named)
-            }
-        }
     }
 
     /// The largest relative error over all tests; none for a material that was not measured.
@@ -427,173 +391,7 @@ impl MaterialRecord {
     }
 }
 
-type Rows<const D: usize, const V: usize> = (Vec<[f64; D]>, Vec<[f64; V]>);
-
-fn fixed<const N: usize>(list: &[f64]) -> Result<[f64; N], LawError> {
-    list.try_into()
-        .map_err(|_| LawError::Weights(format!("{} numbers where {N} belong", list.len())))
-}
-
-impl ModelRange {
-    /// The box of the law.
-    fn invariants<const D: usize>(&self) -> Result<Range<D>, LawError> {
-        Range::new(fixed(&self.low)?, fixed(&self.high)?)
-    }
-}
-
-impl Model {
-    fn interpolant<const D: usize, const V: usize>(&self) -> Result<LinearRbf<D, V>, LawError> {
-        let centres = self
-            .centres
-            .iter()
-            .map(|c| fixed(&c.invariants))
-            .collect::<Result<_, _>>()?;
-        let weights = self
-            .centres
-            .iter()
-            .map(|c| fixed(&c.weights))
-            .collect::<Result<_, _>>()?;
-        Ok(LinearRbf {
-            centres,
-            weights,
-            constant: fixed(&self.constant)?,
-        })
-    }
-
-    fn rows<const D: usize, const V: usize>(&self) -> Result<Rows<D, V>, LawError> {
-        let centres = self
-            .centres
-            .iter()
-            .map(|c| fixed(&c.invariants))
-            .collect::<Result<_, _>>()?;
-        let moduli = self
-            .centres
-            .iter()
-            .map(|c| fixed(&c.moduli_mpa))
-            .collect::<Result<_, _>>()?;
-        Ok((centres, moduli))
-    }
-
-    /// The stored form of a law.
-    ///
-    /// # Errors
-    /// [`LawError::Unrecorded`] for the papers' form.
-    pub fn of(law: &Law, engineering_strain: [f64; 2]) -> Result<Self, LawError> {
-        let range = ModelRange {
-            engineering_strain,
-            low: Vec::new(),
-            high: Vec::new(),
-        };
-        let mut model = Model {
-            formulation: Formulation::Secant,
-            offset: None,
-            constant: Vec::new(),
-            range,
-            centres: Vec::new(),
-            hyperelastic: None,
-        };
-        match law {
-            Law::Isotropic(law) => {
-                let rbf = law.log_moduli();
-                model.set(&rbf.constant, law.range());
-                model.centres = rows(&rbf.centres, &rbf.weights, |q| {
-                    rbf.value(q).map(f64::exp).to_vec()
-                });
-            }
-            Law::TransverselyIsotropic(law) => {
-                let rbf = law.parameters();
-                let moduli = |q: &_| {
-                    TransverseModuli::from_parameters(&rbf.value(q))
-                        .to_array()
-                        .to_vec()
-                };
-                model.set(&rbf.constant, law.range());
-                model.centres = rows(&rbf.centres, &rbf.weights, moduli);
-            }
-            Law::Energy(law) => {
-                let rbf = law.log_moduli();
-                model.formulation = Formulation::Energy;
-                model.offset = Some(rbf.offset);
-                model.set(&rbf.constant, law.range());
-                model.centres = rows(&rbf.centres, &rbf.weights, |q| {
-                    rbf.value(q).map(f64::exp).to_vec()
-                });
-            }
-            Law::Hyperelastic(law) => model.hyperelastic = Some(law.form().clone()),
-            Law::Paper(_) => return Err(LawError::Unrecorded),
-        }
-        Ok(model)
-    }
-
-    fn set<const D: usize>(&mut self, constant: &[f64], range: &Range<D>) {
-        self.constant = constant.to_vec();
-        self.range.low = range.low().to_vec();
-        self.range.high = range.high().to_vec();
-    }
-}
-
-fn rows<const D: usize, const V: usize>(
-    centres: &[[f64; D]],
-    weights: &[[f64; V]],
-    moduli: impl Fn(&[f64; D]) -> Vec<f64>,
-) -> Vec<Centre> {
-    let centre = |(q, w): (&[f64; D], &[f64; V])| Centre {
-        invariants: q.to_vec(),
-        // Twelve digits: for people, and without the last bits' noise of exp and ln.
-        moduli_mpa: moduli(q).iter().map(|&m| significant(m, 12)).collect(),
-        weights: w.to_vec(),
-    };
-    centres.iter().zip(weights).map(centre).collect()
-}
-
 /// `x` rounded to so many significant digits.
 pub fn significant(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::material::hyperelastic::{FoamTerm, OgdenTerm, VolumeEnergy};
-    use crate::math::mandel::Mandel;
-
-    fn round_trip(law: &Law) -> Law {
-        let file = Path::new("a.toml");
-        let text = include_str!("../../materials-db/body-double-silk.toml");
-        let (mut record, _) = MaterialRecord::parse(text, file).unwrap();
-        record.model = Model::of(law, [-0.3, 0.3]).unwrap();
-        let (read, unknown) = MaterialRecord::parse(&record.to_toml().unwrap(), file).unwrap();
-        assert!(unknown.is_empty(), "{unknown:?}");
-        assert_eq!(read.model, record.model);
-        read.law().unwrap()
-    }
-
-    #[test]
-    fn laws_with_an_energy_come_back_from_their_file() {
-        let centres = [[0.0, 0.0, 0.0], [-0.05, 0.2, -0.2]];
-        let range = Range::new([-0.1, 0.0, -0.3], [0.0, 0.3, 0.0]).unwrap();
-        let energy = EnergyRbf::interpolating(&centres, &[[0.1, 0.2], [0.3, 0.4]], 0.1, range).unwrap();
-        let foam = Form::Hyperfoam {
-            terms: vec![FoamTerm {
-                shear_mpa: 0.1,
-                exponent: 4.0,
-                poisson: 0.1,
-            }],
-        };
-        let ogden = Form::Ogden {
-            terms: vec![OgdenTerm {
-                shear_mpa: 0.1,
-                exponent: 1.5,
-            }],
-            volume: VolumeEnergy::Powers(vec![1.0, 0.2]),
-        };
-        let strain = Mandel::new(-0.1, 0.02, 0.05, 0.1, 0.0, 0.03);
-        for law in [
-            Law::Energy(Box::new(energy)),
-            Law::Hyperelastic(Hyperelastic::new(foam).unwrap()),
-            Law::Hyperelastic(Hyperelastic::new(ogden).unwrap()),
-        ] {
-            assert_eq!(round_trip(&law).stress(&strain), law.stress(&strain));
-        }
-    }
 }

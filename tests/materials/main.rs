@@ -203,7 +203,7 @@ fn a_spoiled_record_is_found_out() {
             .contains("sums to")
     );
 
-    let error = spoil("schema = 1", "schema = 7").unwrap_err().to_string();
+    let error = spoil("schema = 2", "schema = 7").unwrap_err().to_string();
     assert!(
         error.contains(&format!("line {}: schema = 7", line("schema"))),
         "{error}"
