@@ -13,6 +13,7 @@
 //! | 1 | [`numerics`] | sparse patterns and factorisations, accelerated fixed points, least squares | math |
 //! | 2 | [`material`] | constitutive laws at a point; the material record and the database over `materials-db/` | math, units |
 //! | 3 | [`fem`] | elements, assembly, loads, the quasi-static solve; scenes and force–displacement examples | geometry, numerics, material, math, units |
+//! | 4 | [`laboratory`] | fine structures under a probe, computed to measurement sets | fem, material, geometry, numerics, math, units |
 //! | 5 | [`fitting`] | measured curves to material parameters | fem, material, numerics, geometry, math, units |
 //! | 6 | [`design`] | goals, layouts and their errors, bounds, search | fem, material, numerics, geometry, math, units |
 //! | 7 | [`fabrication`] | a layout to per-material meshes, 3MF, STL | design, material, geometry, math, units |
@@ -26,6 +27,7 @@ pub mod fabrication;
 pub mod fem;
 pub mod fitting;
 pub mod geometry;
+pub mod laboratory;
 pub mod material;
 pub mod math;
 pub mod numerics;

@@ -14,7 +14,7 @@ struct Room {
     uses: &'static [&'static str],
 }
 
-const PLAN: [Room; 12] = [
+const PLAN: [Room; 13] = [
     Room {
         floor: 0,
         folder: "math",
@@ -44,6 +44,11 @@ const PLAN: [Room; 12] = [
         floor: 3,
         folder: "fem",
         uses: &["geometry", "numerics", "material", "math", "units"],
+    },
+    Room {
+        floor: 4,
+        folder: "laboratory",
+        uses: &["fem", "material", "geometry", "numerics", "math", "units"],
     },
     Room {
         floor: 5,

@@ -1,12 +1,14 @@
 //! The command line: one file per subcommand, each turning raw arguments into checked options, calling the library,
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 //!
-//! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`object`], [`verify`]; what they share: [`terminal`] (output), [`progress`] (a
+//! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`measure`], [`object`], [`verify`]; what they share: [`terminal`] (output), [`progress`] (a
 //! bar while a search runs), [`stop`] (Ctrl-C).
 
 pub mod db;
 pub mod export;
 pub mod fit;
+mod fit_coupon;
+pub mod measure;
 pub mod object;
 pub mod progress;
 pub mod replicate;
@@ -39,6 +41,8 @@ enum Command {
     Db(db::Arguments),
     /// Fits materials to coupon tests and writes their records
     Fit(fit::Arguments),
+    /// Presses fine structures in the virtual laboratory and writes their measurement sets
+    Measure(measure::Arguments),
     /// Makes the surface of a simple object, or inspects any mesh file
     Object(object::Arguments),
     /// Checks the mechanics against closed forms, other programs and measurements
@@ -84,6 +88,7 @@ fn run(cli: &Cli) -> miette::Result<Answer> {
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Db(arguments) => db::run(arguments),
         Command::Fit(arguments) => fit::run(arguments),
+        Command::Measure(arguments) => measure::run(arguments),
         Command::Object(arguments) => object::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
     }

@@ -2,13 +2,13 @@
 
 use crate::twin::{Block, bench, displacement_error, measure, stress_error};
 use pliant::fem::specimen::Specimen;
-use pliant::fitting::probe::fit::{ProbeFit, ProbeOptions, Tangential, fit};
+use pliant::fitting::probe::fit::{ProbeFit, ProbeOptions, fit};
 use pliant::fitting::probe::press::Bench;
 use pliant::fitting::probe::start::Symmetry;
 use pliant::material::hyperelastic::{FoamTerm, Form, Hyperelastic};
 use pliant::material::isotropic::{IsotropicRbf, invariants, shear_and_bulk};
 use pliant::material::law::{Law, Range};
-use pliant::material::record::Kind;
+use pliant::material::record::{Formulation, Kind};
 use pliant::material::transverse::{TransverseModuli, TransverseRbf};
 use pliant::math::Vec3;
 use pliant::math::mandel::Mandel;
@@ -122,7 +122,12 @@ fn measure_twin() {
         rounds: number("ROUNDS", 6.0) as usize,
         ..ProbeOptions::default()
     };
-    let fit = fitted(&mut bench, Symmetry::of(&set.material), &options);
+    let mut symmetry = Symmetry::of(&set.material);
+    if number("ENERGY", 0.0) > 0.0 {
+        symmetry.formulation = Formulation::Energy;
+    }
+    let fit = fitted(&mut bench, symmetry, &options);
+    println!("floor {:.3} %", 100.0 * floor(&truth, &data.met));
     print(&fit);
     println!(
         "stress error {:.3} %, homogeneous {:.3} %",
@@ -179,4 +184,22 @@ pub fn fibres() -> Law {
     Law::TransverselyIsotropic(Box::new(
         TransverseRbf::interpolating(&centres, &moduli, Range::UNBOUNDED).unwrap(),
     ))
+}
+
+/// The least stress error of any secant law T = 2μ dev ε + K tr ε I with positive moduli, were they free at every strain.
+fn floor(truth: &Law, met: &[pliant::fitting::probe::centres::Met]) -> f64 {
+    use pliant::math::mandel::{deviator, trace};
+    let (mut error, mut size) = (0.0, 0.0);
+    for m in met {
+        let stress = truth.stress(&m.strain);
+        let (dev, pressure) = (deviator(&m.strain), trace(&stress) / 3.0);
+        let part = deviator(&stress);
+        let along = part.dot(&dev).max(0.0) / dev.norm_squared().max(1e-30);
+        error += m.volume * (part - dev * along).norm_squared();
+        if pressure * trace(&m.strain) < 0.0 {
+            error += m.volume * 3.0 * pressure * pressure;
+        }
+        size += m.volume * stress.norm_squared();
+    }
+    (error / size).sqrt()
 }

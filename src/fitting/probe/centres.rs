@@ -17,6 +17,7 @@
 
 use super::press::{Bench, Levels};
 use crate::fem::forces::point_fields;
+use crate::material::energy::EnergyRbf;
 use crate::material::isotropic::{IsotropicRbf, invariants};
 use crate::material::law::{Law, LawError, Range};
 use crate::material::transverse::{TransverseModuli, TransverseRbf};
@@ -58,7 +59,15 @@ pub fn strains_met(bench: &Bench, law: &Law, equilibria: &[Levels]) -> Vec<Met> 
 /// # Errors
 /// Moduli that make no law.
 pub fn with_centres(law: &Law, met: &[Met], count: usize) -> Result<Law, LawError> {
-    let weight = |m: &Met| (m.volume * law.stress(&m.strain).dot(&m.strain)).max(0.0).sqrt();
+    let gamma: f64 = std::env::var("GAMMA")
+        .ok()
+        .and_then(|g| g.parse().ok())
+        .unwrap_or(0.5);
+    let weight = |m: &Met| {
+        (m.volume * law.stress(&m.strain).dot(&m.strain))
+            .max(0.0)
+            .powf(gamma)
+    };
     match law {
         Law::Isotropic(law) => {
             let cloud: Vec<_> = met.iter().map(|m| (invariants(&m.strain), weight(m))).collect();
@@ -75,6 +84,14 @@ pub fn with_centres(law: &Law, met: &[Met], count: usize) -> Result<Law, LawErro
             let moduli: Vec<TransverseModuli> = centres.iter().map(|q| law.moduli(q)).collect();
             let placed = TransverseRbf::interpolating(&centres, &moduli, Range::UNBOUNDED)?;
             Ok(Law::TransverselyIsotropic(Box::new(placed.rotated(law.axis()))))
+        }
+        Law::Energy(law) => {
+            let cloud: Vec<_> = met.iter().map(|m| (invariants(&m.strain), weight(m))).collect();
+            let centres = cover(&cloud, count);
+            let moduli: Vec<[f64; 2]> = centres.iter().map(|q| law.moduli(q)).collect();
+            let offset = EnergyRbf::default_offset(&centres);
+            let placed = EnergyRbf::interpolating(&centres, &moduli, offset, Range::UNBOUNDED)?;
+            Ok(Law::Energy(Box::new(placed)))
         }
         other => Ok(other.clone()),
     }
@@ -95,6 +112,10 @@ pub fn with_range(law: &Law, met: &[Met]) -> Result<Law, LawError> {
             let ranged = TransverseRbf::from_weights(law.parameters().clone(), range)?;
             Ok(Law::TransverselyIsotropic(Box::new(ranged.rotated(law.axis()))))
         }
+        Law::Energy(law) => {
+            let range = range_of(met.iter().map(|m| invariants(&m.strain)))?;
+            EnergyRbf::from_weights(law.log_moduli().clone(), range).map(|law| Law::Energy(Box::new(law)))
+        }
         other => Ok(other.clone()),
     }
 }
@@ -107,6 +128,7 @@ pub fn moved(law: &Law, other: &Law) -> f64 {
         (Law::TransverselyIsotropic(a), Law::TransverselyIsotropic(b)) => {
             between(&a.parameters().centres, &b.parameters().centres)
         }
+        (Law::Energy(a), Law::Energy(b)) => between(&a.log_moduli().centres, &b.log_moduli().centres),
         _ => f64::INFINITY,
     }
 }
@@ -116,6 +138,7 @@ pub fn neighbours(law: &Law) -> Vec<(usize, usize)> {
     match law {
         Law::Isotropic(law) => nearest_before(&law.log_moduli().centres),
         Law::TransverselyIsotropic(law) => nearest_before(&law.parameters().centres),
+        Law::Energy(law) => nearest_before(&law.log_moduli().centres),
         _ => Vec::new(),
     }
 }

@@ -39,7 +39,7 @@ impl Coordinates {
     /// The form of `law`; `None` for one that is not fitted to presses.
     pub fn of(law: &Law) -> Option<Coordinates> {
         match law {
-            Law::Isotropic(_) => Some(Coordinates::Isotropic),
+            Law::Isotropic(_) | Law::Energy(_) => Some(Coordinates::Isotropic),
             Law::TransverselyIsotropic(_) => Some(Coordinates::Transverse),
             _ => None,
         }

@@ -10,9 +10,10 @@ use super::coordinates::Coordinates;
 use super::fit::ProbeError;
 use super::press::{Bench, Failure};
 use crate::fem::measurement_set::MaterialCard;
+use crate::material::energy::EnergyRbf;
 use crate::material::isotropic::IsotropicRbf;
 use crate::material::law::{Law, LawError};
-use crate::material::record::Kind;
+use crate::material::record::{Formulation, Kind};
 use crate::material::transverse::{TransverseModuli, TransverseRbf};
 use crate::math::Vec3;
 
@@ -25,6 +26,8 @@ const STIFFENINGS: usize = 8;
 /// What a fit's law is to be like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Symmetry {
+    /// Whether an isotropic law interpolates a stiffness or an energy.
+    pub formulation: Formulation,
     /// Two numbers a centre or five.
     pub coordinates: Coordinates,
     /// The axis, a unit vector; without meaning for an isotropic law.
@@ -35,6 +38,7 @@ impl Symmetry {
     /// The symmetry that a measurement set names.
     pub fn of(card: &MaterialCard) -> Symmetry {
         Symmetry {
+            formulation: Formulation::Secant,
             coordinates: match card.kind {
                 Kind::TransverselyIsotropic => Coordinates::Transverse,
                 _ => Coordinates::Isotropic,
@@ -46,7 +50,12 @@ impl Symmetry {
     /// A linear law, the same in all directions, written in this symmetry; Young's modulus in MPa.
     pub(super) fn linear(&self, young: f64, poisson: f64) -> Result<Law, LawError> {
         match self.coordinates {
-            Coordinates::Isotropic => IsotropicRbf::linear(young, poisson).map(Law::Isotropic),
+            Coordinates::Isotropic => match self.formulation {
+                Formulation::Secant => IsotropicRbf::linear(young, poisson).map(Law::Isotropic),
+                Formulation::Energy => {
+                    EnergyRbf::linear(young, poisson).map(|law| Law::Energy(Box::new(law)))
+                }
+            },
             Coordinates::Transverse => {
                 let shear = young / (2.0 * (1.0 + poisson));
                 let moduli = TransverseModuli::from_engineering(young, young, poisson, poisson, shear)?;

@@ -3,13 +3,14 @@
 //!
 //! Surfaces: [`format`](mod@format), [`error`], [`read`], [`stl`], [`obj`], [`ply`], [`threemf`]. Volumes with their named
 //! groups: [`volume`], [`volume_error`], `msh` (Gmsh), `vtu_read` and `vtu_array` (VTK), `arrays` (JSON), `numbers`
-//! (text or bytes). Written for others: [`vtu`] (ParaView), [`msh_write`] (Gmsh).
+//! (text or bytes). Voxel images: [`nrrd`]. Written for others: [`vtu`] (ParaView), [`msh_write`] (Gmsh).
 
 mod arrays;
 pub mod error;
 pub mod format;
 mod msh;
 pub mod msh_write;
+pub mod nrrd;
 mod numbers;
 pub mod obj;
 pub mod ply;
