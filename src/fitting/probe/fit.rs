@@ -180,6 +180,13 @@ pub struct ProbeFit {
     pub seconds: f64,
 }
 
+impl ProbeFit {
+    /// Did the last minimisation end because there was nothing left to gain?
+    pub fn has_converged(&self) -> bool {
+        !matches!(self.stop, Stop::Iterations | Stop::Cancelled)
+    }
+}
+
 /// A law with its minimisation.
 struct Descent {
     law: Law,
@@ -350,6 +357,11 @@ impl Fitter<'_> {
             &mut tell,
         );
         let outcome = match minimise_problem(&mut problem, &start, &bounds, &options) {
+            // Refused steps are what a fit that was asked to stop is left with.
+            Ok(outcome) if (self.cancelled)() => least_squares::Outcome {
+                stop: Stop::Cancelled,
+                ..outcome
+            },
             Ok(outcome) => outcome,
             Err(LeastSquaresError::NoStart) => return Ok(None),
             Err(error) => return Err(error.into()),
@@ -581,7 +593,7 @@ impl Fitter<'_> {
             .flat_map(|m| [m.strain[0], m.strain[1], m.strain[2]])
             .fold([0.0_f64; 2], |[l, h], e| [l.min(e), h.max(e)]);
         Ok(ProbeFit {
-            law: with_range(&found.law, &met)?,
+            law: rounded(&with_range(&found.law, &met)?)?,
             homogeneous,
             has_settled,
             stop: found.outcome.stop,
@@ -597,6 +609,15 @@ impl Fitter<'_> {
             seconds: began.elapsed().as_secs_f64(),
         })
     }
+}
+
+/// Six decimals: far below the fit's error, and a refit on another machine gives the same record.
+fn rounded(law: &Law) -> Result<Law, LawError> {
+    let values = law
+        .parameters()
+        .into_iter()
+        .map(|p| (p.value * 1e6).round() / 1e6);
+    law.with_parameters(&values.collect::<Vec<_>>())
 }
 
 /// Root mean square of the scaled residuals of the markers that are not under a probe; of all where there are no others.

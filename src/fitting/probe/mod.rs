@@ -9,11 +9,12 @@
 //! | [`coordinates`] | what the fit moves, in a form whose bounds are a box |
 //! | [`centres`] | where in strain space the moduli are fitted |
 //! | `problem` | residual and Jacobian at equilibrium |
-//! | `start` | the first guess, and a homogeneous law from it |
+//! | [`start`] | the first guess, and a homogeneous law from it |
 //! | [`tangential`] | forces under the probe that were not measured |
 //! | [`errors`] | errors by force and by marker, as Table 8.1 |
 //! | [`spread`] | what the data leave open: covariance, bootstrap, bands |
-//! | [`fit`] | the rounds, and what they come to |
+//! | [`fit`](mod@fit) | the rounds, and what they come to |
+//! | [`record`](mod@record) | the fit as a material record |
 
 pub mod centres;
 pub mod coordinates;
@@ -21,6 +22,7 @@ pub mod errors;
 pub mod fit;
 pub mod press;
 mod problem;
+pub mod record;
 pub mod spread;
 pub mod start;
 pub mod tangential;
