@@ -120,7 +120,7 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
 }
 
 /// Says which version a record became, where it is not the first.
-fn note(put: &Put) {
+pub(super) fn note(put: &Put) {
     match put.change {
         Change::First => {}
         Change::Revised => say(&format!("  version {}; the one before is kept", put.version)),
@@ -229,6 +229,7 @@ fn stop_words(stop: Stop) -> &'static str {
         Stop::Step => "the step became negligible",
         Stop::Cost => "the error no longer falls",
         Stop::Iterations => "the iterations ran out: not converged",
+        Stop::Cancelled => "stopped on request: not converged",
     }
 }
 
