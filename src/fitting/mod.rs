@@ -5,7 +5,7 @@
 //! them, [`coupon`] fits a law: one whose moduli depend on strain ([`coupon_rbf`]; Bickel 2010, section 8.2, with
 //! homogeneous strain in place of a finite-element probe) or one with an energy of the stretches ([`hyperelastic`]).
 //! [`coupon_uncertainty`] and [`bootstrap`] say how well the tests determine it, [`compare`] which law to trust where.
-//! [`tubes`] estimates blocks with parallel tubes that nobody has measured, [`record`] puts all together into a material
+//! [`stand_in`] finds the law that another program has. [`tubes`] estimates blocks with parallel tubes that nobody has measured, [`record`] puts all together into a material
 //! record.
 
 pub mod bootstrap;
@@ -18,4 +18,5 @@ pub mod coupon_uncertainty;
 pub mod curve;
 pub mod hyperelastic;
 pub mod record;
+pub mod stand_in;
 pub mod tubes;
