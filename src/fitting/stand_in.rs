@@ -1,8 +1,9 @@
 //! A hyperelastic law that stands in for another law, for programs that have no law with moduli that depend on strain.
 //!
-//! The law is put through the tests that it was fitted in (pressed and pulled along z over its fitted range) and simple shear, and
-//! hyperelastic laws are fitted to its answers as they would be to a specimen's, [`super::coupon::fit`]. The first that
-//! stays within the error asked for is taken, those with the fewest terms first.
+//! The law is put through the tests that it was fitted in: pressed and pulled along z over its fitted range, and sheared where
+//! that was measured. Hyperelastic laws are fitted to its answers as they would be to a specimen's, [`super::coupon::fit`].
+//! The first whose stress stays within the error asked for is taken, those with the fewest terms first. Shear that was
+//! not measured is not fitted, since the law extrapolates there itself; how far the two are apart in it is told.
 //!
 //! Where Poisson's ratio at rest is 0.45 or more, the ratio is taken over and the lateral strain is not fitted: a law
 //! in Biot strain with such a ratio keeps its volume at small strain only, the stand-in keeps it at large strain too. Its
@@ -22,7 +23,7 @@ pub struct StandIn {
     pub choice: LawChoice,
     /// The energy.
     pub form: Form,
-    /// For each test: its name, the strain compared, RMS error of stress over RMS stress, and the same for lateral strain.
+    /// How near it is in each test.
     pub errors: Vec<TestGap>,
 }
 
@@ -31,6 +32,8 @@ pub struct StandIn {
 pub struct TestGap {
     /// The test.
     pub kind: TestKind,
+    /// Whether the stand-in was fitted to it.
+    pub fitted: bool,
     /// Engineering strain or shear compared, from and to.
     pub strain: [f64; 2],
     /// RMS error of stress over RMS stress.
@@ -40,9 +43,10 @@ pub struct TestGap {
 }
 
 impl StandIn {
-    /// The largest error of stress.
+    /// The largest error of stress in the tests that it was fitted to.
     pub fn worst(&self) -> f64 {
-        self.errors.iter().map(|e| e.relative_rms).fold(0.0, f64::max)
+        let fitted = self.errors.iter().filter(|e| e.fitted);
+        fitted.map(|e| e.relative_rms).fold(0.0, f64::max)
     }
 }
 
@@ -55,13 +59,14 @@ const POINTS: usize = 40;
 const MOST_SHEAR: f64 = 0.3;
 
 /// The first of `choices` whose stress stays within `within` (a part of 1) of an isotropic `law`'s over its fitted
-/// `engineering_strain` and in shear; else the nearest of all.
+/// `engineering_strain`, and in shear where it was `sheared`; else the nearest of all.
 ///
 /// # Errors
 /// No range, or a law that no start fits.
 pub fn stand_in(
     law: &Law,
     engineering_strain: [f64; 2],
+    sheared: bool,
     choices: &[LawChoice],
     within: f64,
 ) -> Result<StandIn, CouponError> {
@@ -72,7 +77,9 @@ pub fn stand_in(
         true => Poisson::AtRest(ratio.min(MOST_POISSON)),
         false => Poisson::Fitted(FittedPoisson::ByStrain),
     };
+    let takes = |kind: TestKind| sheared || kind != TestKind::SimpleShear;
     let mut fitted = tests.clone();
+    fitted.retain(|test| takes(test.kind));
     if stiff {
         fitted.iter_mut().for_each(|test| test.curve.lateral.clear());
     }
@@ -89,6 +96,7 @@ pub fn stand_in(
             let error = test_error(&found.law, test);
             TestGap {
                 kind: test.kind,
+                fitted: takes(test.kind),
                 strain: ends(&test.curve.strain),
                 relative_rms: error.relative_rms,
                 lateral_relative_rms: error.lateral_relative_rms,
@@ -166,7 +174,7 @@ mod tests {
             }],
         };
         let law = Law::Hyperelastic(Hyperelastic::new(foam.clone()).unwrap());
-        let found = stand_in(&law, [-0.5, 0.2], &[LawChoice::Hyperfoam1], 0.05).unwrap();
+        let found = stand_in(&law, [-0.5, 0.2], true, &[LawChoice::Hyperfoam1], 0.05).unwrap();
         assert!(found.worst() < 1e-4, "{found:?}");
         let Form::Hyperfoam { terms } = &found.form else {
             panic!("{found:?}")
@@ -185,11 +193,18 @@ mod tests {
         };
         let law = Law::Hyperelastic(Hyperelastic::new(rubber).unwrap());
         let choices = [LawChoice::NeoHookean, LawChoice::Ogden1, LawChoice::Ogden2];
-        let found = stand_in(&law, [-0.3, 2.0], &choices, 0.005).unwrap();
+        let found = stand_in(&law, [-0.3, 2.0], false, &choices, 0.005).unwrap();
         assert_eq!(found.choice, LawChoice::Ogden2);
         assert!(found.worst() < 0.005);
+        // Shear was not fitted, and yet it is told.
+        assert!(
+            found
+                .errors
+                .iter()
+                .any(|e| !e.fitted && e.kind == TestKind::SimpleShear)
+        );
         // What is out of reach is answered with the nearest.
-        let nearest = stand_in(&law, [-0.3, 2.0], &choices[..2], 0.005).unwrap();
+        let nearest = stand_in(&law, [-0.3, 2.0], false, &choices[..2], 0.005).unwrap();
         assert!(nearest.worst() > 0.005);
     }
 }

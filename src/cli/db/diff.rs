@@ -18,7 +18,7 @@ use std::process::Command;
 )]
 pub(super) struct Arguments {
     /// Two records (ID@1 ID@2, or two ids), or one id: its newest version with the one before
-    #[arg(num_args = 0..=2, required_unless_present_any = ["against", "revision"])]
+    #[arg(num_args = 0..=2)]
     ids: Vec<String>,
     /// Compare the database with the one in this folder, which is taken as the older
     #[arg(long, value_name = "DIR", conflicts_with = "revision")]
@@ -99,6 +99,7 @@ pub(super) fn lines(difference: &Difference) -> Vec<String> {
     }
     match difference.curve {
         _ if difference.is_empty() => lines.push("nothing changed".into()),
+        Some(c) if c.largest_mpa == 0.0 => lines.push("the uniaxial curve did not move".into()),
         Some(c) => lines.push(format!(
             "the uniaxial curve moved by {} of its RMS stress over {:.0} to {:.0} %; at most by {:.2e} MPa, at {:.0} %",
             small_percent(c.relative_rms),

@@ -2,7 +2,7 @@
 
 use super::super::Answer;
 use super::super::terminal::{say, warn};
-use crate::fitting::coupon_file::LawChoice;
+use crate::fitting::coupon_file::{LawChoice, TestKind};
 use crate::fitting::stand_in::{StandIn, stand_in};
 use crate::material::database::Database;
 use crate::material::export::{ExportError, ExportedMaterial, Program};
@@ -90,7 +90,11 @@ pub(super) fn run(database: &Database, options: &Arguments, json: bool) -> miett
         return Err(refusal(&error, options));
     };
     let range = record.model.range.engineering_strain;
-    let found = stand_in(&law, range, forms(program), within).into_diagnostic()?;
+    let sheared = record
+        .measurements
+        .iter()
+        .any(|m| m.test == TestKind::SimpleShear.word());
+    let found = stand_in(&law, range, sheared, forms(program), within).into_diagnostic()?;
     if found.worst() > within {
         return Err(miette!(
             "{}: the nearest law of {} is {}, off by {} of the RMS stress; --within {} would take it",
@@ -98,7 +102,7 @@ pub(super) fn run(database: &Database, options: &Arguments, json: bool) -> miett
             program.name(),
             found.choice.word(),
             percent(found.worst()),
-            percent(found.worst() + 5e-4)
+            percent((1000.0 * found.worst()).ceil() / 1000.0)
         ));
     }
     let mut material = exported(record, found.form.clone(), "a stand-in for the record's law");
@@ -164,9 +168,14 @@ fn gaps(found: &StandIn) -> Vec<String> {
             .lateral_relative_rms
             .map_or(String::new(), |l| format!(", of lateral strain {}", percent(l)));
         format!(
-            "{}, {low:.0} to {high:.0} %: error of stress {}{lateral}",
+            "{}, {low:.0} to {high:.0} %: error of stress {}{lateral}{}",
             e.kind.word(),
-            percent(e.relative_rms)
+            percent(e.relative_rms),
+            if e.fitted {
+                ""
+            } else {
+                " (not fitted: nobody measured it)"
+            }
         )
     };
     let mut lines = vec![format!("{}, fitted to the record's law", found.choice.word())];
@@ -184,6 +193,7 @@ fn write(options: &Arguments, text: String, json: bool, found: Option<&StandIn>)
                 json!({
                     "test": e.kind.word(),
                     "strain": e.strain,
+                    "fitted": e.fitted,
                     "relative_rms": e.relative_rms,
                     "lateral_relative_rms": e.lateral_relative_rms,
                 })

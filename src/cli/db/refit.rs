@@ -2,8 +2,15 @@
 
 use super::super::Answer;
 use super::super::terminal::{say, warn};
+use super::super::{fit_probe, stop};
 use super::{add, check, diff, warn_of_unknown};
+use crate::fem::measurement_set::MeasurementSet;
+use crate::fem::specimen::Specimen;
 use crate::fitting::coupon_file::CouponFile;
+use crate::fitting::probe::fit::{self as probe, ProbeOptions};
+use crate::fitting::probe::press::{Bench, presses_of};
+use crate::fitting::probe::record::record as probe_record;
+use crate::fitting::probe::start::Symmetry;
 use crate::fitting::record::fit_coupon;
 use crate::material::check::check as findings_of;
 use crate::material::database::{Database, Entry};
@@ -94,25 +101,71 @@ fn recipe_of(record: &MaterialRecord) -> miette::Result<&str> {
 
 /// The record that its recipe makes today.
 fn fitted(folder: &Path, record: &MaterialRecord, data: Option<&Path>) -> miette::Result<MaterialRecord> {
-    let recipe = recipe_of(record)?;
-    let file = folder.join(recipe);
-    if !recipe.starts_with("coupons/") {
+    let file = folder.join(recipe_of(record)?);
+    let text = std::fs::read_to_string(&file).map_err(|e| miette!("{}: {e}", file.display()))?;
+    let mut after = match fit_probe::is_set(&text) {
+        true => fitted_to_presses(&file, record)?,
+        false => fitted_to_coupons(&file, &text, record, data)?,
+    };
+    after.recipe = record.recipe.clone();
+    after.version = record.version;
+    after.previous_sha256 = record.previous_sha256.clone();
+    Ok(after)
+}
+
+/// The record that a measurement set makes today, with the law's form of the record before.
+fn fitted_to_presses(file: &Path, record: &MaterialRecord) -> miette::Result<MaterialRecord> {
+    let set = MeasurementSet::open(file).into_diagnostic()?;
+    if set.material.id != record.id {
+        return Err(other_id(file, &set.material.id, &record.id));
+    }
+    let specimen = Specimen::new(&set).into_diagnostic()?;
+    let mut bench = Bench {
+        model: &specimen.model,
+        cell_of_point: &specimen.cell_of_point,
+        presses: presses_of(&set, &specimen),
+    };
+    let mut symmetry = Symmetry::of(&set.material);
+    symmetry.formulation = record.model.formulation;
+    let flag = stop::flag();
+    let cancelled = || flag.load(std::sync::atomic::Ordering::Relaxed);
+    let fit = probe::fit(
+        &mut bench,
+        symmetry,
+        &ProbeOptions::default(),
+        &cancelled,
+        &mut |_| {},
+    )
+    .into_diagnostic()
+    .wrap_err_with(|| format!("fitting {}", file.display()))?;
+    if !fit.has_converged() {
         return Err(miette!(
-            "{} was fitted from {recipe}, which is no coupon file: fit it again with `pliant fit {}`",
-            record.id,
-            file.display()
+            "{}: the fit did not end by itself ({:?}); nothing is compared",
+            file.display(),
+            fit.stop
         ));
     }
-    let text = std::fs::read_to_string(&file).map_err(|e| miette!("{}: {e}", file.display()))?;
-    let (coupon, unknown) = CouponFile::parse(&text, &file).into_diagnostic()?;
-    warn_of_unknown(&file, &unknown);
+    probe_record(&set, &fit, None).into_diagnostic()
+}
+
+fn other_id(file: &Path, found: &str, expected: &str) -> miette::Report {
+    miette!(
+        "{}: id = {found:?}: expected {expected:?}, whose recipe it is",
+        file.display()
+    )
+}
+
+/// The record that a coupon file makes today.
+fn fitted_to_coupons(
+    file: &Path,
+    text: &str,
+    record: &MaterialRecord,
+    data: Option<&Path>,
+) -> miette::Result<MaterialRecord> {
+    let (coupon, unknown) = CouponFile::parse(text, file).into_diagnostic()?;
+    warn_of_unknown(file, &unknown);
     if coupon.id != record.id {
-        return Err(miette!(
-            "{}: id = {:?}: expected {:?}, whose recipe it is",
-            file.display(),
-            coupon.id,
-            record.id
-        ));
+        return Err(other_id(file, &coupon.id, &record.id));
     }
     let own = file.parent().unwrap_or(Path::new("."));
     let data = data.unwrap_or(own);
@@ -132,12 +185,8 @@ fn fitted(folder: &Path, record: &MaterialRecord, data: Option<&Path>) -> miette
             record.source.link.as_ref().unwrap_or(&record.source.citation)
         ));
     }
-    let mut after = fit_coupon(&coupon, &|file| std::fs::read(data.join(file)))
+    let fitted = fit_coupon(&coupon, &|file| std::fs::read(data.join(file)))
         .into_diagnostic()
-        .wrap_err_with(|| format!("fitting {} (curves in {})", file.display(), data.display()))?
-        .record;
-    after.recipe = record.recipe.clone();
-    after.version = record.version;
-    after.previous_sha256 = record.previous_sha256.clone();
-    Ok(after)
+        .wrap_err_with(|| format!("fitting {} (curves in {})", file.display(), data.display()))?;
+    Ok(fitted.record)
 }
