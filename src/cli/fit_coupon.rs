@@ -8,7 +8,8 @@ use crate::fitting::compare::{Comparison, candidates, compare};
 use crate::fitting::coupon_file::CouponFile;
 use crate::fitting::record::{Fitted, fit_coupon, uncertainty};
 use crate::material::check::check;
-use crate::material::database::write_record;
+use crate::material::database::Database;
+use crate::material::put::{Change, Put};
 use crate::numerics::least_squares::Stop;
 use crate::report::coupon_page::{Entry, page};
 use crate::report::coupon_plots::{error_plot, laws_plot, stress_plot};
@@ -71,14 +72,22 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
     }
     let mut answer = Answer::Done;
     let mut written = Vec::new();
+    let (mut record_file, mut fresh) = (None, false);
     if !findings.is_empty() {
         answer = Answer::Negative;
         warn(&format!(
             "{id}: not written, since the record would not pass `pliant db check`"
         ));
     } else if !arguments.dry_run {
-        let file = write_record(&fitted.record, &arguments.out).into_diagnostic()?;
-        written.push(file.display().to_string());
+        // Only a recipe that the database holds can be found again.
+        let recipe = fitted.record.recipe.take();
+        fitted.record.recipe = recipe.filter(|recipe| arguments.out.join(recipe).is_file());
+        let put = Database::put(&arguments.out, &fitted.record).into_diagnostic()?;
+        if !arguments.json {
+            note(&put);
+        }
+        fresh = put.change != Change::Same;
+        record_file = Some(put.file.display().to_string());
     }
     let mut drawings = Vec::new();
     if let Some(folder) = &arguments.plots {
@@ -91,15 +100,13 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
         }
     }
     if !arguments.json {
-        written.iter().for_each(|file| say(&format!("  wrote {file}")));
+        let files = record_file.iter().filter(|_| fresh).chain(&written);
+        files.for_each(|file| say(&format!("  wrote {file}")));
     }
-    let value = value(
-        &fitted,
-        comparison.as_ref(),
-        resampled.as_ref(),
-        &findings,
-        &written,
-    )?;
+    let mut value = value(&fitted, comparison.as_ref(), resampled.as_ref())?;
+    value["findings"] = findings.iter().map(|f| f.message.clone()).collect();
+    value["file"] = record_file.into();
+    value["drawings"] = written.into();
     Ok(Done {
         answer,
         value,
@@ -110,6 +117,15 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
             drawings,
         },
     })
+}
+
+/// Says which version a record became, where it is not the first.
+pub(super) fn note(put: &Put) {
+    match put.change {
+        Change::First => {}
+        Change::Revised => say(&format!("  version {}; the one before is kept", put.version)),
+        Change::Same => say(&format!("  version {} holds the same already", put.version)),
+    }
 }
 
 /// Writes the page of all fits.
@@ -319,8 +335,6 @@ fn value(
     fitted: &Fitted,
     comparison: Option<&Comparison>,
     resampled: Option<&Bootstrap>,
-    findings: &[crate::material::check::Finding],
-    written: &[String],
 ) -> miette::Result<Value> {
     let record = &fitted.record;
     let numbers = fitted.knowledge.iter().flat_map(|k| &k.numbers).map(|n| {
@@ -367,9 +381,6 @@ fn value(
         "stopped": fitted.fit.as_ref().map(|f| stop_words(f.stop)),
         "comparison": laws,
         "bootstrap": bands,
-        "findings": findings.iter().map(|f| f.message.clone()).collect::<Vec<_>>(),
-        "file": written.first(),
-        "written": written,
     }))
 }
 

@@ -2,6 +2,7 @@
 
 use super::Answer;
 use super::fit::Arguments;
+use super::fit_coupon::note;
 use super::stop;
 use super::terminal::{say, warn};
 use crate::fem::measurement_set::MeasurementSet;
@@ -12,7 +13,7 @@ use crate::fitting::probe::press::{Bench, presses_of};
 use crate::fitting::probe::record::record;
 use crate::fitting::probe::start::Symmetry;
 use crate::material::check::check;
-use crate::material::database::write_record;
+use crate::material::database::Database;
 use crate::material::record::{Formulation, Kind, MaterialRecord};
 use crate::report::fit_probe::{drawings, page, summary, table, warnings};
 use crate::report::table::Look;
@@ -164,8 +165,11 @@ fn write(
     if arguments.dry_run {
         return Ok((Answer::Done, None, findings));
     }
-    let file = write_record(record, &arguments.out).into_diagnostic()?;
-    Ok((Answer::Done, Some(file.display().to_string()), findings))
+    let put = Database::put(&arguments.out, record).into_diagnostic()?;
+    if !arguments.json {
+        note(&put);
+    }
+    Ok((Answer::Done, Some(put.file.display().to_string()), findings))
 }
 
 fn draw(arguments: &Arguments, record: &MaterialRecord, fit: &ProbeFit) -> miette::Result<Vec<String>> {

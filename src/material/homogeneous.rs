@@ -54,6 +54,23 @@ pub fn uniaxial(law: &Law, axial: f64) -> Uniaxial {
     }
 }
 
+/// Derivatives of the nominal stress with respect to the law's parameters at fixed axial strain \[MPa per unit of the
+/// parameter\], in the order of [`Law::parameters`]; `state` is a [`uniaxial`] state of the law:
+///
+/// ```text
+/// dP/dp = ∂T_zz/∂p − (∂T_zz/∂e) (∂T_xx/∂e)⁻¹ ∂T_xx/∂p
+/// ```
+pub fn uniaxial_by_parameters(law: &Law, state: &Uniaxial) -> Vec<f64> {
+    let strain = state.strain();
+    let (_, tangent) = law.stress_and_tangent(&strain);
+    let across = tangent[(0, 0)] + tangent[(0, 1)];
+    let along = tangent[(2, 0)] + tangent[(2, 1)];
+    law.stress_by_parameters(&strain)
+        .iter()
+        .map(|stress| stress[2] - along / across * stress[0])
+        .collect()
+}
+
 /// A state of equal stress along x and y and none along z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equibiaxial {
@@ -250,6 +267,37 @@ mod tests {
         let expected = (2.0 * t12 + gamma * t22) / s;
         assert!((shear_stress(&law, gamma) - expected).abs() < 1e-14);
         assert!((shear_stress(&law, 1e-6) / 1e-6 - mu).abs() < 1e-9);
+    }
+
+    /// Against central differences of solved uniaxial states.
+    #[test]
+    fn slope_of_the_uniaxial_stress_by_parameters() {
+        use crate::material::record::MaterialRecord;
+        let text = include_str!("../../materials-db/leap-foam.toml");
+        let record = MaterialRecord::parse(text, std::path::Path::new("leap-foam.toml"))
+            .unwrap()
+            .0;
+        let foam = record.law().unwrap();
+        let hooke = Law::linear_isotropic(0.3, 0.4).unwrap();
+        for (law, axial) in [(&foam, -0.31), (&foam, 0.12), (&hooke, 0.2)] {
+            let slopes = uniaxial_by_parameters(law, &uniaxial(law, axial));
+            let values: Vec<f64> = law.parameters().iter().map(|p| p.value).collect();
+            assert!(slopes.iter().any(|s| s.abs() > 1e-4));
+            for i in 0..values.len() {
+                let at = |step: f64| {
+                    let mut moved = values.clone();
+                    moved[i] += step;
+                    uniaxial(&law.with_parameters(&moved).unwrap(), axial).stress
+                };
+                let expected = (at(1e-5) - at(-1e-5)) / 2e-5;
+                // The difference's own error: second order in the step, and rounding of the solved state.
+                assert!(
+                    (slopes[i] - expected).abs() < 1e-9,
+                    "{i}: {} and {expected}",
+                    slopes[i]
+                );
+            }
+        }
     }
 
     /// With λ = K − 2μ/3 = 4μ: planar T_xx = 2μ e + λ (e + a) = 0 and T_zz = 2μ a + λ (e + a); equibiaxial the same with

@@ -188,11 +188,9 @@ impl<const D: usize, const V: usize> LinearRbf<D, V> {
                     std::array::from_fn(|k| std::array::from_fn(|d| self.weights[j][k] * from_here[d]));
                 for i in (0..n).filter(|&i| i != j) {
                     let between = unit(&self.centres[j], &self.centres[i]);
-                    for k in 0..V {
+                    for (k, slope) in slope.iter_mut().enumerate() {
                         let pull = shares[i] * self.weights[j][k] + shares[j] * self.weights[i][k];
-                        for d in 0..D {
-                            slope[k][d] -= pull * between[d];
-                        }
+                        slope.iter_mut().zip(&between).for_each(|(s, b)| *s -= pull * b);
                     }
                 }
                 slope

@@ -376,8 +376,7 @@ impl Fitter<'_> {
             &self.which,
             law,
             coordinates,
-            noise.max(least),
-            centres,
+            (noise.max(least), centres),
             self.cancelled,
             &mut tell,
         );

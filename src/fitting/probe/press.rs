@@ -238,7 +238,7 @@ impl Bench<'_> {
         which: &[usize],
         equilibria: &[Levels],
         slopes: &Slopes,
-        read: &(dyn Fn(&Press) -> Vec<(Sensor, Vec<Vec3>)> + Sync),
+        read: &(impl Fn(&Press) -> Vec<(Sensor, Vec<Vec3>)> + Sync),
         along: &(dyn Fn(&Press) -> Vec<Vec3> + Sync),
     ) -> Result<Vec<Vec<DMatrix<f64>>>, Failure> {
         let tasks: Vec<(usize, &Vec<Vec3>)> = which

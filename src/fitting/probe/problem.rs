@@ -104,14 +104,13 @@ pub(super) struct ProbeProblem<'a> {
 }
 
 impl<'a> ProbeProblem<'a> {
-    /// Ties between the centres of `law`, or to its values if it has no centres; `noise` is s.
+    /// Ties between the centres of `law`, or to its values if it has no centres; `noise` is s, `centres` whether they move.
     pub fn new(
         bench: &'a Bench<'a>,
         which: &'a [usize],
         law: &Law,
         coordinates: Coordinates,
-        noise: f64,
-        centres: CentresMove,
+        (noise, centres): (f64, CentresMove),
         cancelled: &'a (dyn Fn() -> bool + Sync),
         news: &'a mut dyn FnMut(&News),
     ) -> ProbeProblem<'a> {

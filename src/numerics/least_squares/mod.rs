@@ -177,8 +177,8 @@ impl Options {
                 });
             }
         }
-        // NaN fails the comparison.
-        if !(self.negligible_cost >= 0.0) {
+
+        if self.negligible_cost.is_nan() || self.negligible_cost < 0.0 {
             return Err(LeastSquaresError::Option {
                 field: "negligible_cost",
                 value: self.negligible_cost,
