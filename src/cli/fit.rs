@@ -1,13 +1,9 @@
 //! `pliant fit`: from coupon tests to a material record.
 
 use super::Answer;
-use super::terminal::{say, warn};
-use crate::fitting::coupon_file::CouponFile;
-use crate::fitting::record::{Fitted, fit_coupon};
-use crate::material::check::check;
-use crate::material::database::write_record;
-use miette::{IntoDiagnostic, WrapErr, miette};
-use serde_json::json;
+use super::fit_coupon;
+use super::terminal::say;
+use miette::{IntoDiagnostic, miette};
 use std::path::{Path, PathBuf};
 
 /// Fits materials to coupon tests (pressed, pulled or sheared specimens) and writes their records.
@@ -15,62 +11,58 @@ use std::path::{Path, PathBuf};
 pub struct Arguments {
     /// Coupon files: which tests, where their curves are, units, what is assumed
     #[arg(required = true, value_name = "COUPON.toml")]
-    coupons: Vec<PathBuf>,
+    pub(super) coupons: Vec<PathBuf>,
     /// Folder of the material database that the record goes to
     #[arg(long, value_name = "DIR", default_value = "materials-db")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Folder that the paths of curves are relative to [default: the coupon file's own]
     #[arg(long, value_name = "DIR")]
-    data: Option<PathBuf>,
-    /// Write nothing, only fit and report
+    pub(super) data: Option<PathBuf>,
+    /// Write no record, only fit and report
     #[arg(long)]
-    dry_run: bool,
+    pub(super) dry_run: bool,
+    /// Fit the other laws too, and say which to trust inside the range and beyond it
+    #[arg(long)]
+    pub(super) compare: bool,
+    /// Resample the residuals so many times: a band on the curves, and the covariance of the record
+    #[arg(long, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(20..=100_000))]
+    pub(super) bootstrap: Option<u32>,
+    /// Seed of the resampling
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Draw measured points, laws and residuals into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(super) plots: Option<PathBuf>,
+    /// Write a page of all fits in Markdown, with the drawings of --plots
+    #[arg(long, value_name = "FILE.md")]
+    pub(super) page: Option<PathBuf>,
     /// Answer in JSON, for machines
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 /// Runs `pliant fit`.
 ///
 /// # Errors
-/// A coupon file or curve that makes no sense, a record that can't be written.
+/// A coupon file or curve that makes no sense, a record or drawing that can't be written.
 pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let mut answer = Answer::Done;
     let mut values = Vec::new();
+    let mut entries = Vec::new();
     for path in &arguments.coupons {
-        let fitted = fit_file(path, arguments.data.as_deref())?;
-        let record = &fitted.record;
-        let text = record.to_toml().into_diagnostic()?;
-        let findings = check(record, &text);
-        let sound = findings.is_empty();
-        if !arguments.json {
-            report(&fitted);
-        }
-        for f in &findings {
-            warn(&format!("{}: {}: {}", record.id, f.field, f.message));
-        }
-        let mut written = None;
-        if !sound {
+        let text = read(path)?;
+        let done = fit_coupon::run(arguments, path, &text)?;
+        if done.answer == Answer::Negative {
             answer = Answer::Negative;
-            warn(&format!(
-                "{}: not written, since the record would not pass `pliant db check`",
-                record.id
-            ));
-        } else if !arguments.dry_run {
-            let file = write_record(record, &arguments.out).into_diagnostic()?;
-            if !arguments.json {
-                say(&format!("  wrote {}", file.display()));
-            }
-            written = Some(file.display().to_string());
         }
-        values.push(json!({
-            "id": record.id,
-            "measurements": serde_json::to_value(&record.measurements).into_diagnostic()?,
-            "assumptions": record.assumptions,
-            "converged": fitted.fit.as_ref().map(|f| f.stop != crate::numerics::least_squares::Stop::Iterations),
-            "findings": findings.iter().map(|f| f.message.clone()).collect::<Vec<_>>(),
-            "file": written,
-        }));
+        values.push(done.value);
+        entries.push(done.entry);
+    }
+    if let Some(file) = &arguments.page {
+        fit_coupon::write_page(file, &entries)?;
+        if !arguments.json {
+            say(&format!("wrote {}", file.display()));
+        }
     }
     if arguments.json {
         say(&serde_json::to_string_pretty(&values).into_diagnostic()?);
@@ -78,49 +70,6 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     Ok(answer)
 }
 
-fn fit_file(path: &Path, data: Option<&Path>) -> miette::Result<Fitted> {
-    let text = std::fs::read_to_string(path).map_err(|e| miette!("{}: {e}", path.display()))?;
-    let (coupon, unknown) = CouponFile::parse(&text, path).into_diagnostic()?;
-    for u in unknown {
-        warn(&format!(
-            "warning: {}, line {}: {} is not a field that this version knows",
-            path.display(),
-            u.line,
-            u.field
-        ));
-    }
-    let own = path.parent().unwrap_or(Path::new("."));
-    let folder = data.unwrap_or(own);
-    fit_coupon(&coupon, &|file| std::fs::read(folder.join(file)))
-        .into_diagnostic()
-        .wrap_err_with(|| format!("fitting {} (curves in {})", path.display(), folder.display()))
-}
-
-fn report(fitted: &Fitted) {
-    let record = &fitted.record;
-    say(&format!(
-        "{} ({}), {} centres",
-        record.id,
-        record.name,
-        record.model.centres.len()
-    ));
-    for m in &record.measurements {
-        let [low, high] = m.strain;
-        let width = m
-            .lateral_relative_rms
-            .map_or(String::new(), |e| format!(", width {:.2} %", 100.0 * e));
-        say(&format!(
-            "  {:21} {:6.1} to {:6.1} %: error {:5.2} % of the RMS stress{width}",
-            m.test,
-            100.0 * low,
-            100.0 * high,
-            100.0 * m.relative_rms
-        ));
-    }
-    if let Some(fit) = &fitted.fit {
-        say(&format!("  {} steps, stopped by {:?}", fit.iterations, fit.stop));
-    }
-    for assumption in &record.assumptions {
-        say(&format!("  assumed: {assumption}"));
-    }
+fn read(path: &Path) -> miette::Result<String> {
+    std::fs::read_to_string(path).map_err(|e| miette!("{}: {e}", path.display()))
 }

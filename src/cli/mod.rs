@@ -7,6 +7,7 @@
 pub mod db;
 pub mod export;
 pub mod fit;
+mod fit_coupon;
 pub mod measure;
 pub mod object;
 pub mod progress;

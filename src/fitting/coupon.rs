@@ -1,45 +1,38 @@
-//! The law of an isotropic material from coupon tests.
+//! The law of a material from coupon tests.
 //!
 //! ```text
-//! min_θ  Σ_t 1/(n_t s_t²) Σ_i (P(ε_i; θ) − P_i)²  +  Σ_t 1/(m_t r_t²) Σ_i (e(a_i; θ) − e_i)²  +  α² Σ_j (θ_j − θ_j')²
+//! min_θ  Σ_t w_t/(n_t s_t²) Σ_i (P(ε_i; θ) − P_i)²  +  Σ_t w_t/(m_t r_t²) Σ_i (e(a_i; θ) − e_i)²  +  ties(θ)
 //! ```
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | θ | ln μ at each centre; Poisson's ratio, one for all or one per centre, where it is fitted | ln MPa, – |
+//! | θ | free numbers of a family of laws: [`super::coupon_rbf`], [`super::hyperelastic`] | |
 //! | P(ε; θ), P_i | nominal stress of the law in the homogeneous test and as measured | MPa |
-//! | e(a; θ), e_i | lateral strain at axial strain a, from zero lateral stress and as measured | – |
-//! | s_t, r_t | root mean square of the test's stress and lateral strain: each test counts equally | MPa, – |
-//! | α = 10⁻³ | ties neighbouring centres (each to the nearest one before it) where the data is silent | – |
+//! | e(a; θ), e_i | strain of the free side at strain a, from zero stress there, and as measured | – |
+//! | s_t, r_t | root mean square of the test's stress and lateral strain | MPa, – |
+//! | w_t | the test's weight; equal weights make each test count equally, however many points it has | – |
 //!
-//! No finite elements: the strain of a coupon is homogeneous. K follows from μ and Poisson's ratio,
-//! K = 2μ(1 + ν)/(3(1 − 2ν)), at every centre, or at rest alone where K is taken as constant. The latter is for nearly
-//! incompressible materials: a K fifty times μ that grew with shear would throw large pressures about, and make the
-//! tangent's symmetric part indefinite at every fourth of random strains up to a norm of 0.6. The centres lie on the paths of the tests in the space of invariants, at rest and then at
-//! equal distances along each test, long tests getting more. Levenberg–Marquardt from the mean secant modulus.
-//!
-//! Validity: a law in Biot strain with constant ν near ½ keeps volume at small strains only; the record says so.
+//! No finite elements: the strain of a coupon is homogeneous. Levenberg–Marquardt, from one start or several as the
+//! family says. Held-out tests take no part.
 
-use super::coupon_file::{FittedPoisson, Poisson, TestKind};
+use super::coupon_file::{FittedPoisson, LawChoice, Poisson, TestKind};
+use super::coupon_rbf::{self, Rbf};
+use super::coupon_state::{response, slope_over_shear};
 use super::curve::Curve;
-use crate::material::homogeneous::{shear_stress, simple_shear, uniaxial};
-use crate::material::isotropic::{IsotropicRbf, invariants, shear_and_bulk};
-use crate::material::law::{Law, LawError, Range};
-use crate::math::mandel::Mandel;
-use crate::numerics::least_squares::{LeastSquaresError, Options, Stop, minimise};
+use super::hyperelastic::{self, Stretching};
+use crate::material::law::{Law, LawError};
+use crate::numerics::least_squares::{LeastSquaresError, Options, Outcome, Stop, minimise};
 
-/// Ties neighbouring centres; a factor e between them then costs as much as a stress error of 0.1 %.
-const TIE: f64 = 1e-3;
 /// Poisson's ratios that a fit may find. Above, the bulk modulus is so large that elements of a coarse mesh lock.
-const POISSON_BOUNDS: (f64, f64) = (0.0, 0.49);
-/// Rest counts as one of the centres; two centres nearer than this are one.
-const MERGE: f64 = 1e-3;
+pub(super) const POISSON_BOUNDS: (f64, f64) = (0.0, 0.49);
 
 /// A test to be fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CouponTest {
     /// The kind.
     pub kind: TestKind,
+    /// What it counts beside the others.
+    pub weight: f64,
     /// What was measured.
     pub curve: Curve,
 }
@@ -55,19 +48,99 @@ pub struct TestError {
     pub lateral_relative_rms: Option<f64>,
 }
 
+/// A family of laws with free numbers θ.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Family {
+    /// Moduli that depend on strain.
+    Rbf(Rbf),
+    /// An energy of the stretches.
+    Stretching(Stretching),
+}
+
+impl Family {
+    /// The law at θ.
+    ///
+    /// # Errors
+    /// Numbers that make no material.
+    pub fn law(&self, theta: &[f64]) -> Result<Law, LawError> {
+        match self {
+            Family::Rbf(family) => family.law(theta),
+            Family::Stretching(family) => family.law(theta),
+        }
+    }
+
+    /// Names of θ with their units.
+    pub fn names(&self) -> Vec<(String, &'static str)> {
+        match self {
+            Family::Rbf(family) => family.names(),
+            Family::Stretching(family) => family.names(),
+        }
+    }
+
+    /// Lower and upper bounds of θ.
+    pub fn bounds(&self) -> &[(f64, f64)] {
+        match self {
+            Family::Rbf(family) => &family.bounds,
+            Family::Stretching(family) => &family.bounds,
+        }
+    }
+
+    /// Residuals that tie θ where the data is silent; empty for a hyperelastic law.
+    pub fn ties(&self, theta: &[f64]) -> Vec<f64> {
+        match self {
+            Family::Rbf(family) => family.ties(theta),
+            Family::Stretching(_) => Vec::new(),
+        }
+    }
+
+    /// Minimises from `start`.
+    ///
+    /// # Errors
+    /// A start that makes no law.
+    pub(super) fn minimise(
+        &self,
+        tests: &[CouponTest],
+        start: &[f64],
+        options: &Options,
+    ) -> Result<Outcome, LeastSquaresError> {
+        let mut residual = |theta: &[f64]| match self.law(theta) {
+            Ok(law) => {
+                let mut r: Vec<f64> = residuals(&law, tests).concat();
+                r.extend(self.ties(theta));
+                r
+            }
+            Err(_) => vec![f64::NAN],
+        };
+        minimise(&mut residual, start, self.bounds(), options)
+    }
+}
+
 /// The fitted law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CouponFit {
-    /// The law, its range the box of invariants that the tests met.
-    pub law: IsotropicRbf,
-    /// Least and largest engineering strain of the uniaxial tests; 0 where there is none.
+    /// Which law.
+    pub choice: LawChoice,
+    /// How Poisson's ratio was found.
+    pub poisson: Poisson,
+    /// The family, and the numbers found in it.
+    pub family: Family,
+    /// θ, rounded to six decimals.
+    pub theta: Vec<f64>,
+    /// The law; an RBF law's range is the box of invariants that the tests met.
+    pub law: Law,
+    /// Least and largest engineering strain of the uniaxial tests. Without any, of the other tests along an axis; without
+    /// those, ∓ half of the shear, which are simple shear's principal strains to first order.
     pub engineering_strain: [f64; 2],
     /// One per test.
     pub errors: Vec<TestError>,
+    /// Square root of the weighted mean of the squared relative errors of stress, and of width where it was measured.
+    pub relative_rms: f64,
     /// Why the minimisation stopped.
     pub stop: Stop,
-    /// Steps it took.
+    /// Steps it took, over all starts.
     pub iterations: usize,
+    /// Starts tried.
+    pub starts: usize,
 }
 
 /// Why no law could be fitted.
@@ -94,77 +167,75 @@ pub enum CouponError {
     Law(#[from] LawError),
 }
 
-/// Fits a law with `centres` centres to `tests`.
+/// Fits the law `choice` to `tests`; `centres` is for the RBF law.
 ///
 /// # Errors
 /// No tests, Poisson's ratio asked for where nothing tells it, data without a positive modulus.
-pub fn fit(tests: &[CouponTest], poisson: Poisson, centres: usize) -> Result<CouponFit, CouponError> {
+pub fn fit(
+    tests: &[CouponTest],
+    poisson: Poisson,
+    choice: LawChoice,
+    centres: usize,
+) -> Result<CouponFit, CouponError> {
+    check_tests(tests, poisson, choice)?;
+    let ratio = match poisson {
+        Poisson::Assumed(ratio) | Poisson::AtRest(ratio) => ratio,
+        Poisson::Fitted(_) => start_ratio(tests),
+    };
+    let found = match choice {
+        LawChoice::Rbf => coupon_rbf::solve(tests, poisson, centres, ratio)?,
+        _ => hyperelastic::solve(tests, poisson, choice, ratio)?,
+    };
+    let errors: Vec<TestError> = tests.iter().map(|t| test_error(&found.law, t)).collect();
+    Ok(CouponFit {
+        choice,
+        poisson,
+        law: found.law,
+        engineering_strain: engineering_range(tests),
+        relative_rms: overall(tests, &errors),
+        errors,
+        family: found.family,
+        theta: found.theta,
+        stop: found.stop,
+        iterations: found.iterations,
+        starts: found.starts,
+    })
+}
+
+/// What a family's search answers.
+pub(super) struct Found {
+    pub family: Family,
+    pub theta: Vec<f64>,
+    pub law: Law,
+    pub stop: Stop,
+    pub iterations: usize,
+    pub starts: usize,
+}
+
+fn check_tests(tests: &[CouponTest], poisson: Poisson, choice: LawChoice) -> Result<(), CouponError> {
     if tests.is_empty() {
         return Err(CouponError::Tests("there is no test to fit"));
     }
     let sideways = tests.iter().any(|t| !t.curve.lateral.is_empty());
-    let kinds = |shear: bool| tests.iter().any(|t| (t.kind == TestKind::SimpleShear) == shear);
+    // Tension and compression share one ratio of their slopes to the shear modulus: they tell no Poisson's ratio.
+    let slope = |t: &CouponTest| slope_over_shear(t.kind, 0.3);
+    let several = tests.iter().any(|t| slope(t) != slope(&tests[0]));
     match poisson {
-        Poisson::Fitted(FittedPoisson::ByStrain) if !sideways => {
-            return Err(CouponError::Tests(
-                "Poisson's ratio by strain needs a test with lateral widths",
-            ));
-        }
-        Poisson::Fitted(FittedPoisson::Constant) if !(sideways || kinds(true) && kinds(false)) => {
-            return Err(CouponError::Tests(
-                "a fitted Poisson's ratio needs lateral widths, or shear beside a uniaxial test",
-            ));
-        }
-        _ => {}
-    }
-    let start = match poisson {
-        Poisson::Assumed(ratio) | Poisson::AtRest(ratio) => ratio,
-        Poisson::Fitted(_) => start_ratio(tests),
-    };
-    // The first pass places the centres with a guessed lateral strain, the second with that of the fitted law.
-    let mut guess: Option<IsotropicRbf> = None;
-    let mut ratio = start;
-    loop {
-        let paths: Vec<Vec<[f64; 3]>> = tests.iter().map(|t| path(t, guess.as_ref(), ratio)).collect();
-        let problem = Problem {
-            tests,
-            centres: place_centres(&paths, centres),
-            poisson,
-        };
-        let (law, stop, iterations) = problem.solve(ratio)?;
-        if guess.is_some() || matches!(poisson, Poisson::Assumed(_)) {
-            let law = with_range(&law, tests)?;
-            let errors = tests
-                .iter()
-                .map(|t| test_error(&Law::Isotropic(law.clone()), t))
-                .collect();
-            return Ok(CouponFit {
-                law,
-                engineering_strain: uniaxial_range(tests),
-                errors,
-                stop,
-                iterations,
-            });
-        }
-        ratio = law.poisson_ratio_at_rest();
-        guess = Some(law);
+        Poisson::Fitted(FittedPoisson::ByStrain) if !sideways && choice == LawChoice::Rbf => Err(
+            CouponError::Tests("Poisson's ratio by strain needs a test with lateral widths"),
+        ),
+        Poisson::Fitted(_) if !(sideways || several) => Err(CouponError::Tests(
+            "a fitted Poisson's ratio needs lateral widths, or shear beside a uniaxial test (or another two kinds)",
+        )),
+        _ => Ok(()),
     }
 }
 
 /// The law's error in one test.
 pub fn test_error(law: &Law, test: &CouponTest) -> TestError {
     let curve = &test.curve;
-    let error: Vec<f64> = curve
-        .strain
-        .iter()
-        .zip(&curve.stress)
-        .map(|(&e, p)| stress_in(law, test.kind, e) - p)
-        .collect();
-    let sideways: Vec<f64> = curve
-        .lateral
-        .iter()
-        .map(|&(a, e)| uniaxial(law, a).lateral - e)
-        .collect();
+    let error = stress_errors(law, test);
+    let sideways = lateral_errors(law, test);
     let widths: Vec<f64> = curve.lateral.iter().map(|l| l.1).collect();
     TestError {
         relative_rms: rms(&error) / rms(&curve.stress),
@@ -173,20 +244,66 @@ pub fn test_error(law: &Law, test: &CouponTest) -> TestError {
     }
 }
 
-fn stress_in(law: &Law, kind: TestKind, strain: f64) -> f64 {
-    match kind {
-        TestKind::SimpleShear => shear_stress(law, strain),
-        _ => uniaxial(law, strain).stress,
-    }
+/// The law's stress less the measured one at each point of a test \[MPa\].
+pub fn stress_errors(law: &Law, test: &CouponTest) -> Vec<f64> {
+    let points = test.curve.strain.iter().zip(&test.curve.stress);
+    points
+        .map(|(&e, p)| response(law, test.kind, e).stress - p)
+        .collect()
 }
 
-fn rms(x: &[f64]) -> f64 {
+fn lateral_errors(law: &Law, test: &CouponTest) -> Vec<f64> {
+    let pairs = test.curve.lateral.iter();
+    pairs
+        .filter_map(|&(a, e)| response(law, test.kind, a).free.map(|free| free - e))
+        .collect()
+}
+
+/// Groups of residuals of the sum above, ties left out: stress and, where it was measured, lateral strain of each test.
+pub(super) fn residuals(law: &Law, tests: &[CouponTest]) -> Vec<Vec<f64>> {
+    let mut groups = Vec::new();
+    let mut add = |errors: Vec<f64>, measured: &[f64], weight: f64| {
+        let scale = weight.sqrt() / (rms(measured) * (measured.len() as f64).sqrt());
+        groups.push(errors.into_iter().map(|e| scale * e).collect());
+    };
+    for test in tests {
+        add(stress_errors(law, test), &test.curve.stress, test.weight);
+        if !test.curve.lateral.is_empty() {
+            let widths: Vec<f64> = test.curve.lateral.iter().map(|l| l.1).collect();
+            add(lateral_errors(law, test), &widths, test.weight);
+        }
+    }
+    groups
+}
+
+/// √(Σ w e² / Σ w) over stress and width of all tests.
+fn overall(tests: &[CouponTest], errors: &[TestError]) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (test, error) in tests.iter().zip(errors) {
+        for e in std::iter::once(error.relative_rms).chain(error.lateral_relative_rms) {
+            sum += test.weight * e * e;
+            weights += test.weight;
+        }
+    }
+    (sum / weights).sqrt()
+}
+
+/// Points that the law was compared with: stresses and widths.
+pub fn points(tests: &[CouponTest]) -> usize {
+    tests
+        .iter()
+        .map(|t| t.curve.stress.len() + t.curve.lateral.len())
+        .sum()
+}
+
+pub(super) fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|v| v * v).sum::<f64>() / x.len().max(1) as f64).sqrt()
 }
 
-/// −Σ e a / Σ a² over all tracked widths; 0.3 without.
+/// −Σ e a / Σ a² over all tracked widths of uniaxial tests; 0.3 without.
 fn start_ratio(tests: &[CouponTest]) -> f64 {
-    let pairs: Vec<_> = tests.iter().flat_map(|t| &t.curve.lateral).collect();
+    let uniaxial = tests.iter().filter(|t| t.kind.is_uniaxial());
+    let pairs: Vec<_> = uniaxial.flat_map(|t| &t.curve.lateral).collect();
     let (ea, aa): (f64, f64) = pairs
         .iter()
         .fold((0.0, 0.0), |(s, q), (a, e)| (s - e * a, q + a * a));
@@ -197,211 +314,50 @@ fn start_ratio(tests: &[CouponTest]) -> f64 {
     }
 }
 
-fn uniaxial_range(tests: &[CouponTest]) -> [f64; 2] {
-    let strains = tests
-        .iter()
-        .filter(|t| t.kind != TestKind::SimpleShear)
-        .flat_map(|t| &t.curve.strain);
-    strains.fold([0.0, 0.0], |[low, high], &e| [low.min(e), high.max(e)])
-}
-
-/// The strain of a test at one point of its curve.
-fn strain_at(test: &CouponTest, axial: f64, law: Option<&Law>, ratio: f64) -> Mandel {
-    match (test.kind, law) {
-        (TestKind::SimpleShear, _) => simple_shear(axial).0,
-        (_, Some(law)) => uniaxial(law, axial).strain(),
-        (_, None) => Mandel::new(-ratio * axial, -ratio * axial, axial, 0.0, 0.0, 0.0),
-    }
-}
-
-/// The path of a test in the space of invariants, `(n × 3)`.
-fn path(test: &CouponTest, law: Option<&IsotropicRbf>, ratio: f64) -> Vec<[f64; 3]> {
-    let law = law.cloned().map(Law::Isotropic);
-    test.curve
-        .strain
-        .iter()
-        .map(|&a| invariants(&strain_at(test, a, law.as_ref(), ratio)))
-        .collect()
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Rest and then `count − 1` centres, dealt to the paths so that the gaps on all of them are alike, at equal distances
-/// along each. Rounded to six digits, so that a record shows what the law holds.
-fn place_centres(paths: &[Vec<[f64; 3]>], count: usize) -> Vec<[f64; 3]> {
-    let rest = [0.0; 3];
-    let along: Vec<Vec<f64>> = paths
-        .iter()
-        .map(|path| {
-            let mut sum = 0.0;
-            let from = std::iter::once(&rest).chain(path);
-            path.iter()
-                .zip(from)
-                .map(|(q, before)| {
-                    sum += distance(q, before);
-                    sum
-                })
-                .collect()
-        })
-        .collect();
-    let length = |k: usize| along[k].last().copied().unwrap_or(0.0);
-    let mut dealt = vec![0usize; paths.len()];
-    for _ in 1..count {
-        // The path with the largest gap; the earlier one where two are equal.
-        let gap = |k: usize| length(k) / (dealt[k] + 1) as f64;
-        let next = (0..paths.len()).fold(0, |best, k| {
-            if gap(k) > gap(best) * (1.0 + 1e-12) {
-                k
-            } else {
-                best
-            }
-        });
-        dealt[next] += 1;
-    }
-    let mut centres = vec![rest];
-    for k in 0..paths.len() {
-        for i in 1..=dealt[k] {
-            let target = length(k) * i as f64 / dealt[k] as f64;
-            let off = |i: usize| (along[k][i] - target).abs();
-            let index = (0..along[k].len()).fold(0, |best, i| if off(i) < off(best) { i } else { best });
-            let Some(q) = paths[k].get(index) else { continue };
-            let centre = q.map(|x| (x * 1e6).round() / 1e6);
-            if centres.iter().all(|c| distance(c, &centre) > MERGE) {
-                centres.push(centre);
-            }
+/// Logarithm of the shear modulus that the mean secants of all tests make, in MPa.
+///
+/// # Errors
+/// A test whose secant is not positive.
+pub(super) fn mean_log_shear(tests: &[CouponTest], ratio: f64) -> Result<f64, CouponError> {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (k, test) in tests.iter().enumerate() {
+        let points = test.curve.strain.iter().zip(&test.curve.stress);
+        let (pe, ee) = points.fold((0.0, 0.0), |(pe, ee), (e, p)| (pe + p * e, ee + e * e));
+        let here = pe / ee / slope_over_shear(test.kind, ratio);
+        if here.is_nan() || here <= 0.0 {
+            return Err(CouponError::Start {
+                index: k + 1,
+                test: test.kind.word(),
+                value: here,
+            });
         }
+        sum += test.weight * here.ln();
+        weights += test.weight;
     }
-    centres
+    Ok(sum / weights)
 }
 
-struct Problem<'a> {
-    tests: &'a [CouponTest],
-    centres: Vec<[f64; 3]>,
-    poisson: Poisson,
-}
-
-impl Problem<'_> {
-    fn law(&self, theta: &[f64]) -> Result<IsotropicRbf, LawError> {
-        let n = self.centres.len();
-        let moduli = (0..n)
-            .map(|i| {
-                let ratio = match self.poisson {
-                    Poisson::Assumed(ratio) | Poisson::AtRest(ratio) => ratio,
-                    Poisson::Fitted(FittedPoisson::Constant) => theta[n],
-                    Poisson::Fitted(FittedPoisson::ByStrain) => theta[n + i],
-                };
-                let shear = theta[i].exp();
-                // The first centre is rest.
-                let bulk_of = if matches!(self.poisson, Poisson::AtRest(_)) {
-                    theta[0].exp()
-                } else {
-                    shear
-                };
-                let (_, bulk) = shear_and_bulk(2.0 * (1.0 + ratio) * bulk_of, ratio)?;
-                Ok([shear, bulk])
-            })
-            .collect::<Result<Vec<_>, LawError>>()?;
-        IsotropicRbf::interpolating(&self.centres, &moduli, Range::UNBOUNDED)
-    }
-
-    fn residual(&self, theta: &[f64]) -> Vec<f64> {
-        let Ok(law) = self.law(theta).map(Law::Isotropic) else {
-            return vec![f64::NAN];
-        };
-        let mut r = Vec::new();
-        for test in self.tests {
-            let curve = &test.curve;
-            let scale = 1.0 / (rms(&curve.stress) * (curve.stress.len() as f64).sqrt());
-            let points = curve.strain.iter().zip(&curve.stress);
-            r.extend(points.map(|(&e, p)| scale * (stress_in(&law, test.kind, e) - p)));
-            let widths: Vec<f64> = curve.lateral.iter().map(|l| l.1).collect();
-            let scale = 1.0 / (rms(&widths) * (widths.len().max(1) as f64).sqrt());
-            r.extend(
-                curve
-                    .lateral
-                    .iter()
-                    .map(|&(a, e)| scale * (uniaxial(&law, a).lateral - e)),
-            );
-        }
-        let n = self.centres.len();
-        for i in 1..n {
-            let gap = |j: usize| distance(&self.centres[i], &self.centres[j]);
-            let near = (0..i).fold(0, |best, j| if gap(j) < gap(best) { j } else { best });
-            r.push(TIE * (theta[i] - theta[near]));
-            if self.poisson == Poisson::Fitted(FittedPoisson::ByStrain) {
-                r.push(TIE * (theta[n + i] - theta[n + near]));
-            }
-        }
-        r
-    }
-
-    fn solve(&self, ratio: f64) -> Result<(IsotropicRbf, Stop, usize), CouponError> {
-        let n = self.centres.len();
-        let mut shear = 0.0;
-        for (k, test) in self.tests.iter().enumerate() {
-            let curve = &test.curve;
-            let (pe, ee) = curve
-                .strain
-                .iter()
-                .zip(&curve.stress)
-                .fold((0.0, 0.0), |(pe, ee), (e, p)| (pe + p * e, ee + e * e));
-            let secant = pe / ee;
-            let here = if test.kind == TestKind::SimpleShear {
-                secant
-            } else {
-                secant / (2.0 * (1.0 + ratio))
-            };
-            if here.is_nan() || here <= 0.0 {
-                return Err(CouponError::Start {
-                    index: k + 1,
-                    test: test.kind.word(),
-                    value: here,
-                });
-            }
-            shear += here.ln() / self.tests.len() as f64;
-        }
-        // Three decades to both sides of the mean keep exp from overflowing.
-        let mut start = vec![shear; n];
-        let mut bounds = vec![(shear - 7.0, shear + 7.0); n];
-        let ratios = match self.poisson {
-            Poisson::Assumed(_) | Poisson::AtRest(_) => 0,
-            Poisson::Fitted(FittedPoisson::Constant) => 1,
-            Poisson::Fitted(FittedPoisson::ByStrain) => n,
-        };
-        start.extend(std::iter::repeat_n(ratio, ratios));
-        bounds.extend(std::iter::repeat_n(POISSON_BOUNDS, ratios));
-        let outcome = minimise(
-            &mut |theta| self.residual(theta),
-            &start,
-            &bounds,
-            &Options::default(),
-        )?;
-        // Six decimals: far below the fit's error, and a refit on another machine gives the same record.
-        let rounded: Vec<f64> = outcome
-            .parameters
+fn engineering_range(tests: &[CouponTest]) -> [f64; 2] {
+    let over = |chosen: &dyn Fn(TestKind) -> bool, scale: &[f64]| {
+        let strains = tests
             .iter()
-            .map(|x| (x * 1e6).round() / 1e6)
-            .collect();
-        Ok((self.law(&rounded)?, outcome.stop, outcome.iterations))
+            .filter(|t| chosen(t.kind))
+            .flat_map(|t| &t.curve.strain);
+        strains.fold([0.0_f64, 0.0_f64], |[low, high], &e| {
+            let ends = scale.iter().map(|s| s * e);
+            ends.fold([low, high], |[low, high], e| [low.min(e), high.max(e)])
+        })
+    };
+    let none = [0.0, 0.0];
+    let uniaxial = over(&TestKind::is_uniaxial, &[1.0]);
+    let along = over(&|k| k != TestKind::SimpleShear, &[1.0]);
+    match (uniaxial == none, along == none) {
+        (false, _) => uniaxial,
+        (true, false) => along,
+        (true, true) => over(&|_| true, &[-0.5, 0.5]),
     }
-}
-
-/// The law with the box of invariants that the tests meet, outward to four digits, as its range.
-fn with_range(law: &IsotropicRbf, tests: &[CouponTest]) -> Result<IsotropicRbf, LawError> {
-    let (mut low, mut high) = ([0.0_f64; 3], [0.0_f64; 3]);
-    for test in tests {
-        for q in path(test, Some(law), 0.0) {
-            for d in 0..3 {
-                low[d] = low[d].min((q[d] * 1e4).floor() / 1e4);
-                high[d] = high[d].max((q[d] * 1e4).ceil() / 1e4);
-            }
-        }
-    }
-    IsotropicRbf::from_weights(law.log_moduli().clone(), Range::new(low, high)?)
 }
 
 #[cfg(test)]
 #[path = "coupon_tests.rs"]
-mod tests;
+pub(super) mod tests;

@@ -26,6 +26,9 @@ pub struct CouponFile {
     pub colour: String,
     /// Density \[g/cm³\].
     pub density_g_per_cm3: f64,
+    /// The law that the record holds. Default the strain-dependent one.
+    #[serde(default)]
+    pub model: LawChoice,
     /// Number of centres of the interpolation. Default 6.
     #[serde(default = "six")]
     pub centres: usize,
@@ -49,6 +52,69 @@ pub struct CouponFile {
 
 fn six() -> usize {
     6
+}
+
+/// A family of laws that coupons can be fitted with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LawChoice {
+    /// Moduli that depend on strain by radial basis functions.
+    #[default]
+    #[serde(rename = "rbf")]
+    Rbf,
+    /// Neo-Hookean, distortion and volume apart.
+    #[serde(rename = "neo-hookean")]
+    NeoHookean,
+    /// Mooney–Rivlin.
+    #[serde(rename = "mooney-rivlin")]
+    MooneyRivlin,
+    /// Ogden, one term.
+    #[serde(rename = "ogden-1")]
+    Ogden1,
+    /// Ogden, two terms.
+    #[serde(rename = "ogden-2")]
+    Ogden2,
+    /// Ogden, three terms.
+    #[serde(rename = "ogden-3")]
+    Ogden3,
+    /// Hyperfoam, one term.
+    #[serde(rename = "hyperfoam-1")]
+    Hyperfoam1,
+    /// Hyperfoam, two terms.
+    #[serde(rename = "hyperfoam-2")]
+    Hyperfoam2,
+    /// Hyperfoam, three terms.
+    #[serde(rename = "hyperfoam-3")]
+    Hyperfoam3,
+}
+
+impl LawChoice {
+    /// All of them, from the default on.
+    pub const ALL: [LawChoice; 9] = [
+        LawChoice::Rbf,
+        LawChoice::NeoHookean,
+        LawChoice::MooneyRivlin,
+        LawChoice::Ogden1,
+        LawChoice::Ogden2,
+        LawChoice::Ogden3,
+        LawChoice::Hyperfoam1,
+        LawChoice::Hyperfoam2,
+        LawChoice::Hyperfoam3,
+    ];
+
+    /// The word of the file.
+    pub fn word(self) -> &'static str {
+        match self {
+            LawChoice::Rbf => "rbf",
+            LawChoice::NeoHookean => "neo-hookean",
+            LawChoice::MooneyRivlin => "mooney-rivlin",
+            LawChoice::Ogden1 => "ogden-1",
+            LawChoice::Ogden2 => "ogden-2",
+            LawChoice::Ogden3 => "ogden-3",
+            LawChoice::Hyperfoam1 => "hyperfoam-1",
+            LawChoice::Hyperfoam2 => "hyperfoam-2",
+            LawChoice::Hyperfoam3 => "hyperfoam-3",
+        }
+    }
 }
 
 /// How Poisson's ratio (in Biot strain) is found.
@@ -81,6 +147,12 @@ pub enum TestKind {
     UniaxialCompression,
     /// A pulled strip or dumbbell.
     UniaxialTension,
+    /// A sheet pulled alike along two directions, or a balloon.
+    EquibiaxialTension,
+    /// A wide sheet pulled between clamps, its width kept: pure shear.
+    PlanarTension,
+    /// A cylinder pressed in a smooth rigid sleeve.
+    ConfinedCompression,
     /// A block between plates that slide, heights kept.
     SimpleShear,
 }
@@ -91,17 +163,29 @@ impl TestKind {
         match self {
             TestKind::UniaxialCompression => "uniaxial-compression",
             TestKind::UniaxialTension => "uniaxial-tension",
+            TestKind::EquibiaxialTension => "equibiaxial-tension",
+            TestKind::PlanarTension => "planar-tension",
+            TestKind::ConfinedCompression => "confined-compression",
             TestKind::SimpleShear => "simple-shear",
         }
     }
 
     /// −1 for compression, else 1: the sign that strain and stress must have.
     pub fn sign(self) -> f64 {
-        if self == TestKind::UniaxialCompression {
-            -1.0
-        } else {
-            1.0
+        match self {
+            TestKind::UniaxialCompression | TestKind::ConfinedCompression => -1.0,
+            _ => 1.0,
         }
+    }
+
+    /// Whether a direction is free of stress, so that its strain can be measured: the width, or a sheet's thickness.
+    pub fn has_free_side(self) -> bool {
+        !matches!(self, TestKind::ConfinedCompression | TestKind::SimpleShear)
+    }
+
+    /// Whether it is pulled or pressed along one axis with free sides.
+    pub fn is_uniaxial(self) -> bool {
+        matches!(self, TestKind::UniaxialCompression | TestKind::UniaxialTension)
     }
 }
 
@@ -115,12 +199,19 @@ pub struct Test {
     /// When it was tested.
     #[serde(default)]
     pub date: Option<String>,
+    /// What it counts in the fit beside the others. Default 1.
+    #[serde(default = "unit_weight")]
+    pub weight: f64,
+    /// Not fitted but predicted, its error reported apart.
+    #[serde(default)]
+    pub held_out: bool,
     /// The raw curve, relative to the data folder.
     pub file: String,
-    /// Separator of columns: `,`, `;`, or a tab. Default `,`.
+    /// Separator of columns: `,`, `;`, a tab, or a blank for any run of blanks and tabs. Default `,`.
     #[serde(default = "comma")]
     pub delimiter: String,
-    /// The line, from 1, that holds the names of the columns. Default 1.
+    /// The line, from 1, that holds the names of the columns; 0 for a file without, whose columns are called `1`, `2`
+    /// and so on. Default 1.
     #[serde(default = "one")]
     pub names_line: usize,
     /// Lines between the names and the first numbers. Default 0.
@@ -151,7 +242,7 @@ pub struct Test {
     /// Number of intervals of strain that the curve is averaged over. Default 50.
     #[serde(default = "fifty")]
     pub points: usize,
-    /// The width of the specimen during the test.
+    /// The width of the specimen during the test (the thickness of a sheet).
     #[serde(default)]
     pub lateral: Option<Lateral>,
 }
@@ -162,6 +253,10 @@ fn comma() -> String {
 
 fn one() -> usize {
     1
+}
+
+fn unit_weight() -> f64 {
+    1.0
 }
 
 fn fifty() -> usize {
@@ -289,15 +384,18 @@ impl CouponFile {
                         "at-rest = 0.49, assumed = 0.3, fitted = \"constant\" or fitted = \"by-strain\"";
                     return wrong("poisson", "missing".into(), expected);
                 }
-                Some(Poisson::Assumed(v)) if !(-0.9..=0.4999).contains(&v) => {
-                    return wrong(
-                        "poisson.assumed",
-                        v.to_string(),
-                        "a number between −0.9 and 0.4999",
-                    );
+                Some(Poisson::Assumed(v) | Poisson::AtRest(v)) if !(-0.9..=0.4999).contains(&v) => {
+                    let field = match self.poisson {
+                        Some(Poisson::AtRest(_)) => "poisson.at-rest",
+                        _ => "poisson.assumed",
+                    };
+                    return wrong(field, v.to_string(), "a number between −0.9 and 0.4999");
                 }
                 _ => {}
             },
+        }
+        if !self.tests.is_empty() && self.tests.iter().all(|t| t.held_out) {
+            return wrong("tests", "all held out".into(), "at least one test that is fitted");
         }
         for (i, test) in self.tests.iter().enumerate() {
             if let Err((field, value, expected)) = test.validate() {
@@ -319,11 +417,7 @@ impl Test {
     fn validate(&self) -> Result<(), Wrong> {
         let wrong = |field, value: String, expected: &str| Err((field, value, expected.to_string()));
         let [low, high] = self.range;
-        let most = if self.kind == TestKind::UniaxialCompression {
-            0.95
-        } else {
-            20.0
-        };
+        let most = if self.kind.sign() < 0.0 { 0.95 } else { 20.0 };
         if !(low >= 0.0 && low < high && high <= most) {
             return wrong(
                 "range",
@@ -334,8 +428,11 @@ impl Test {
         if self.delimiter.len() != 1 {
             return wrong("delimiter", format!("{:?}", self.delimiter), "one character");
         }
-        if self.names_line == 0 || self.cycle == 0 {
-            return wrong("names_line", "0".into(), "lines and cycles counted from 1");
+        if self.cycle == 0 {
+            return wrong("cycle", "0".into(), "cycles counted from 1");
+        }
+        if !(self.weight > 0.0 && self.weight <= 1e6) {
+            return wrong("weight", self.weight.to_string(), "a number above 0, at most 10⁶");
         }
         if !(10..=500).contains(&self.points) {
             return wrong("points", self.points.to_string(), "10 to 500");
@@ -349,11 +446,11 @@ impl Test {
                 "two rising strains inside the range",
             );
         }
-        if self.lateral.is_some() && self.kind == TestKind::SimpleShear {
+        if self.lateral.is_some() && !self.kind.has_free_side() {
             return wrong(
                 "lateral",
-                "in shear".into(),
-                "lateral widths in uniaxial tests alone",
+                format!("in {}", self.kind.word()),
+                "widths in tests with a free side alone (uniaxial, equibiaxial, planar)",
             );
         }
         self.validate_units()

@@ -1,6 +1,21 @@
 //! Twins: curves of a known law, fitted back.
 
 use super::*;
+use crate::material::homogeneous::{simple_shear, uniaxial};
+use crate::material::isotropic::{IsotropicRbf, invariants, shear_and_bulk};
+use crate::material::law::Range;
+use crate::math::mandel::Mandel;
+
+fn fit_rbf(tests: &[CouponTest], poisson: Poisson, centres: usize) -> Result<CouponFit, CouponError> {
+    fit(tests, poisson, LawChoice::Rbf, centres)
+}
+
+fn rbf_of(fitted: &CouponFit) -> &IsotropicRbf {
+    match &fitted.law {
+        Law::Isotropic(law) => law,
+        other => panic!("{other:?}"),
+    }
+}
 
 fn known() -> Law {
     let at = |axial: f64| invariants(&Mandel::new(-0.3 * axial, -0.3 * axial, axial, 0.0, 0.0, 0.0));
@@ -19,16 +34,21 @@ fn known() -> Law {
     Law::Isotropic(IsotropicRbf::interpolating(&centres, &moduli, Range::UNBOUNDED).unwrap())
 }
 
-fn measured(law: &Law, kind: TestKind, end: f64, widths: bool) -> CouponTest {
+/// The curve of `law` in a test, without noise.
+pub(in crate::fitting) fn measured(law: &Law, kind: TestKind, end: f64, widths: bool) -> CouponTest {
     let strain: Vec<f64> = (1..=50).map(|i| end * f64::from(i) / 50.0).collect();
-    let stress = strain.iter().map(|&e| stress_in(law, kind, e)).collect();
+    let stress = strain.iter().map(|&e| response(law, kind, e).stress).collect();
     let lateral = if widths {
-        strain.iter().map(|&a| (a, uniaxial(law, a).lateral)).collect()
+        strain
+            .iter()
+            .map(|&a| (a, response(law, kind, a).free.unwrap()))
+            .collect()
     } else {
         Vec::new()
     };
     CouponTest {
         kind,
+        weight: 1.0,
         curve: Curve {
             strain,
             stress,
@@ -42,14 +62,10 @@ fn measured(law: &Law, kind: TestKind, end: f64, widths: bool) -> CouponTest {
 fn one_test_comes_back_within_a_percent() {
     let law = known();
     let test = measured(&law, TestKind::UniaxialCompression, -0.6, false);
-    let fitted = fit(std::slice::from_ref(&test), Poisson::Assumed(0.3), 6).unwrap();
+    let fitted = fit_rbf(std::slice::from_ref(&test), Poisson::Assumed(0.3), 6).unwrap();
     assert!(fitted.errors[0].relative_rms < 0.01, "{:?}", fitted.errors);
     assert_eq!(fitted.engineering_strain, [-0.6, 0.0]);
-    assert!(
-        fitted
-            .law
-            .in_range(&uniaxial(&Law::Isotropic(fitted.law.clone()), -0.5).strain())
-    );
+    assert!(fitted.law.in_range(&uniaxial(&fitted.law, -0.5).strain()));
     // The comparison has teeth: the law of another material does not pass.
     let other = Law::linear_isotropic(0.3, 0.3).unwrap();
     assert!(test_error(&other, &test).relative_rms > 0.2);
@@ -64,7 +80,7 @@ fn three_tests_with_widths_come_back_within_a_percent() {
         measured(&law, TestKind::SimpleShear, 0.4, false),
     ];
     for poisson in [FittedPoisson::Constant, FittedPoisson::ByStrain] {
-        let fitted = fit(&tests, Poisson::Fitted(poisson), 14).unwrap();
+        let fitted = fit_rbf(&tests, Poisson::Fitted(poisson), 14).unwrap();
         for e in &fitted.errors {
             assert!(e.relative_rms < 0.01, "{poisson:?} {e:?}");
             assert!(
@@ -88,10 +104,11 @@ fn finds_hookes_moduli() {
         measured(&law, TestKind::UniaxialTension, 0.5, false),
         measured(&law, TestKind::SimpleShear, 0.5, false),
     ];
-    let fitted = fit(&tests, Poisson::Fitted(FittedPoisson::Constant), 6).unwrap();
-    for q in &fitted.law.log_moduli().centres {
+    let fitted = fit_rbf(&tests, Poisson::Fitted(FittedPoisson::Constant), 6).unwrap();
+    let law = rbf_of(&fitted);
+    for q in &law.log_moduli().centres {
         // Parameters are rounded to six decimals.
-        let [shear, bulk] = fitted.law.moduli(q);
+        let [shear, bulk] = law.moduli(q);
         assert!(
             (shear - 0.16).abs() < 1e-5 && (bulk - 0.4 / 1.5).abs() < 1e-5,
             "{shear} {bulk} at {q:?}"
@@ -104,54 +121,85 @@ fn says_what_the_tests_cannot_tell() {
     let law = known();
     let test = measured(&law, TestKind::UniaxialCompression, -0.6, false);
     let one = std::slice::from_ref(&test);
-    let error = fit(one, Poisson::Fitted(FittedPoisson::Constant), 6).unwrap_err();
+    let error = fit_rbf(one, Poisson::Fitted(FittedPoisson::Constant), 6).unwrap_err();
     assert!(error.to_string().contains("shear beside a uniaxial test"));
-    assert!(fit(one, Poisson::Fitted(FittedPoisson::ByStrain), 6).is_err());
-    assert!(fit(&[], Poisson::Assumed(0.3), 6).is_err());
+    assert!(fit_rbf(one, Poisson::Fitted(FittedPoisson::ByStrain), 6).is_err());
+    assert!(fit_rbf(&[], Poisson::Assumed(0.3), 6).is_err());
     let mut upside = test.clone();
     upside.curve.stress.iter_mut().for_each(|p| *p = -*p);
     assert!(matches!(
-        fit(&[upside], Poisson::Assumed(0.3), 6),
+        fit_rbf(&[upside], Poisson::Assumed(0.3), 6),
         Err(CouponError::Start { index: 1, .. })
     ));
 }
 
-#[test]
-fn deals_centres_by_length() {
-    let line = |end: f64, d: usize| -> Vec<[f64; 3]> {
-        (1..=120)
-            .map(|i| {
-                let mut q = [0.0; 3];
-                q[d] = end * f64::from(i) / 120.0;
-                q
-            })
-            .collect()
-    };
-    let centres = place_centres(&[line(-0.6, 2), line(0.2, 1)], 5);
-    // Three gaps of 0.2 on the long path, one on the short.
-    let expected = [
-        [0.0; 3],
-        [0.0, 0.0, -0.2],
-        [0.0, 0.0, -0.4],
-        [0.0, 0.0, -0.6],
-        [0.0, 0.2, 0.0],
-    ];
-    assert_eq!(centres, expected);
-}
 /// With the bulk modulus held, Poisson's ratio follows from μ at each strain.
 #[test]
 fn keeps_the_bulk_modulus() {
     let law = known();
     let test = measured(&law, TestKind::UniaxialCompression, -0.6, false);
-    let fitted = fit(std::slice::from_ref(&test), Poisson::AtRest(0.49), 6).unwrap();
+    let fitted = fit_rbf(std::slice::from_ref(&test), Poisson::AtRest(0.49), 6).unwrap();
     assert!((fitted.law.poisson_ratio_at_rest() - 0.49).abs() < 1e-9);
-    let bulk: Vec<f64> = fitted
-        .law
+    let law = rbf_of(&fitted);
+    let bulk: Vec<f64> = law
         .log_moduli()
         .centres
         .iter()
-        .map(|q| fitted.law.moduli(q)[1])
+        .map(|q| law.moduli(q)[1])
         .collect();
     assert!(bulk.iter().all(|k| (k / bulk[0] - 1.0).abs() < 1e-9), "{bulk:?}");
     assert!(fitted.errors[0].relative_rms < 0.01, "{:?}", fitted.errors);
+}
+
+/// Two tests that contradict each other: the weights say whose word counts. With P = E e in both and moduli 1 and 2 MPa
+/// (each test scaled by its own size), Σ w (E/E_t − 1)² is least at E = Σ w/E_t / Σ w/E_t².
+#[test]
+fn weights_decide_between_tests() {
+    let linear = |young: f64| Law::linear_isotropic(young, 0.3).unwrap();
+    let mut tests = [
+        measured(&linear(1.0), TestKind::UniaxialTension, 0.2, false),
+        measured(&linear(2.0), TestKind::UniaxialTension, 0.2, false),
+    ];
+    for weight in [1.0, 9.0] {
+        tests[1].weight = weight;
+        let fitted = fit_rbf(&tests, Poisson::Assumed(0.3), 2).unwrap();
+        let expected = (1.0 + weight / 2.0) / (1.0 + weight / 4.0);
+        // The ties pull at the fourth digit.
+        let young = uniaxial(&fitted.law, 0.1).stress / 0.1;
+        assert!((young / expected - 1.0).abs() < 2e-4, "{young} for {expected}");
+        let own = [young - 1.0, young / 2.0 - 1.0];
+        let all = ((own[0].powi(2) + weight * own[1].powi(2)) / (1.0 + weight)).sqrt();
+        assert!((fitted.relative_rms / all - 1.0).abs() < 1e-2);
+    }
+}
+
+/// Every kind of test, with widths where a side is free, and a Poisson's ratio that only they tell.
+#[test]
+fn all_kinds_together_come_back() {
+    let law = known();
+    let tests = [
+        measured(&law, TestKind::UniaxialCompression, -0.5, true),
+        measured(&law, TestKind::ConfinedCompression, -0.4, false),
+        measured(&law, TestKind::EquibiaxialTension, 0.2, true),
+        measured(&law, TestKind::PlanarTension, 0.3, true),
+        measured(&law, TestKind::SimpleShear, 0.4, false),
+    ];
+    let fitted = fit_rbf(&tests, Poisson::Fitted(FittedPoisson::Constant), 20).unwrap();
+    for error in &fitted.errors {
+        assert!(error.relative_rms < 0.02, "{:?}", fitted.errors);
+        assert!(
+            error.lateral_relative_rms.is_none_or(|e| e < 0.02),
+            "{:?}",
+            fitted.errors
+        );
+    }
+    assert_eq!(fitted.engineering_strain, [-0.5, 0.0], "the uniaxial test alone");
+    // Confined beside uniaxial compression tells Poisson's ratio without any width.
+    let two = [
+        measured(&law, TestKind::UniaxialCompression, -0.5, false),
+        measured(&law, TestKind::ConfinedCompression, -0.4, false),
+    ];
+    let fitted = fit_rbf(&two, Poisson::Fitted(FittedPoisson::Constant), 10).unwrap();
+    let ratio = fitted.law.poisson_ratio_at_rest();
+    assert!((ratio - 0.3).abs() < 0.02, "{ratio}");
 }

@@ -187,6 +187,16 @@ fn latin(bytes: &[u8]) -> String {
     }
 }
 
+/// The cells of a row, without quotes; between cells stands `delimiter`, a blank for any run of blanks and tabs.
+fn cells_of(row: &str, delimiter: char) -> Vec<String> {
+    let clean = |cell: &str| cell.trim().trim_matches('"').trim().to_string();
+    if delimiter == ' ' {
+        row.split_whitespace().map(clean).collect()
+    } else {
+        row.split(delimiter).map(clean).collect()
+    }
+}
+
 /// The numbers of the named columns with their lines. Blank lines are passed over.
 fn read_columns<const N: usize>(
     text: &str,
@@ -196,14 +206,14 @@ fn read_columns<const N: usize>(
     skip: usize,
     columns: [&str; N],
 ) -> Result<Vec<(usize, [f64; N])>, CurveError> {
-    let clean = |cell: &str| cell.trim().trim_matches('"').trim().to_string();
-    let names: Vec<String> = text
-        .lines()
-        .nth(names_line - 1)
-        .unwrap_or_default()
-        .split(delimiter)
-        .map(clean)
-        .collect();
+    let names = match names_line.checked_sub(1) {
+        Some(index) => cells_of(text.lines().nth(index).unwrap_or_default(), delimiter),
+        None => {
+            let first = text.lines().skip(skip).find(|l| !l.trim().is_empty());
+            let count = cells_of(first.unwrap_or_default(), delimiter).len();
+            (1..=count).map(|k| k.to_string()).collect()
+        }
+    };
     let mut index = [0; N];
     for (k, column) in columns.iter().enumerate() {
         index[k] = names
@@ -211,7 +221,7 @@ fn read_columns<const N: usize>(
             .position(|n| n == column)
             .ok_or_else(|| CurveError::Column {
                 file: file.into(),
-                line: names_line,
+                line: names_line.max(1),
                 column: column.to_string(),
                 found: names.clone(),
             })?;
@@ -221,7 +231,7 @@ fn read_columns<const N: usize>(
         if row.trim().is_empty() {
             continue;
         }
-        let cells: Vec<String> = row.split(delimiter).map(clean).collect();
+        let cells = cells_of(row, delimiter);
         let mut numbers = [0.0; N];
         for k in 0..N {
             let cell = cells.get(index[k]).map_or("", String::as_str);

@@ -77,6 +77,36 @@ fn takes_out_the_slack() {
     }
 }
 
+/// Columns without names, between any number of blanks; stress comes first.
+#[test]
+fn reads_a_table_without_names() {
+    let test = test_of(
+        "delimiter = \" \"\nnames_line = 0\nskip_lines = 1\nbranch = \"whole\"\npoints = 100\n\
+         deformation = { column = \"2\", unit = \"1\", measure = \"stretch\" }\n\
+         load = { column = \"1\", unit = \"MPa\" }\nrange = [0.0, 0.5]\n",
+    );
+    let row = |i: i32| {
+        format!(
+            "   {:.4} \t {:.3}\n",
+            -0.002 * f64::from(i),
+            1.0 - 0.02 * f64::from(i)
+        )
+    };
+    let table: String = (1..=20).map(row).collect();
+    let curve = read_curve(&test, format!("made up\n{table}").as_bytes(), None).unwrap();
+    assert_eq!(curve.strain.len(), 20);
+    assert!((curve.strain[4] + 0.1).abs() < 1e-12 && (curve.stress[4] + 0.01).abs() < 1e-12);
+    let wide = test_of(
+        "delimiter = \" \"\nnames_line = 0\ndeformation = { column = \"3\", unit = \"1\" }\n\
+         load = { column = \"1\", unit = \"MPa\" }\nrange = [0.0, 0.5]\n",
+    );
+    let error = read_curve(&wide, table.as_bytes(), None).unwrap_err().to_string();
+    assert!(
+        error.contains("no column \"3\"; it has [\"1\", \"2\"]"),
+        "{error}"
+    );
+}
+
 #[test]
 fn names_file_line_and_column() {
     let test = test_of(GAP);

@@ -1,12 +1,13 @@
 //! From a coupon file and its curves to a material record.
 
-use super::coupon::{CouponError, CouponFit, CouponTest, fit};
-use super::coupon_file::{CouponFile, Poisson, Tubes};
+use super::coupon::{CouponError, CouponFit, CouponTest, TestError, fit, test_error};
+use super::coupon_file::{CouponFile, LawChoice, Poisson, TestKind, Tubes};
+use super::coupon_uncertainty::{Knowledge, knowledge};
 use super::curve::{Curve, CurveError, read_curve};
 use super::tubes::TubesError;
 use crate::material::homogeneous::{simple_shear, uniaxial};
 use crate::material::law::Law;
-use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA};
+use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty};
 use crate::math::mandel::Mandel;
 
 /// A record and what was fitted on the way.
@@ -14,10 +15,27 @@ use crate::math::mandel::Mandel;
 pub struct Fitted {
     /// The record.
     pub record: MaterialRecord,
-    /// The curves, one per test; empty for a block of tubes.
+    /// The curves that were fitted, one per test; empty for a block of tubes.
     pub tests: Vec<CouponTest>,
+    /// The curves that were predicted, and how well.
+    pub held_out: Vec<HeldOut>,
     /// The fit; none for a block of tubes.
     pub fit: Option<CouponFit>,
+    /// How well the tests determine its numbers; none for a block of tubes.
+    pub knowledge: Option<Knowledge>,
+}
+
+/// A test that took no part in the fit.
+#[derive(Clone, Debug)]
+pub struct HeldOut {
+    /// The specimen, in words.
+    pub specimen: String,
+    /// The raw curve's file.
+    pub file: String,
+    /// The curve.
+    pub test: CouponTest,
+    /// The fitted law's error in it.
+    pub error: TestError,
 }
 
 /// Why a coupon file makes no record.
@@ -60,22 +78,53 @@ pub fn fit_coupon(
         })
     };
     let mut tests = Vec::new();
+    let mut predicted = Vec::new();
     for test in &coupon.tests {
         let bytes = open(&test.file)?;
         let widths = test.lateral.as_ref().map(|l| open(&l.file)).transpose()?;
-        tests.push(CouponTest {
+        let read = CouponTest {
             kind: test.kind,
+            weight: test.weight,
             curve: read_curve(test, &bytes, widths.as_deref())?,
-        });
+        };
+        if test.held_out {
+            predicted.push((test, read));
+        } else {
+            tests.push(read);
+        }
     }
     let poisson = coupon.poisson.ok_or(CouponError::Tests(
         "the coupon does not say how Poisson's ratio is found",
     ))?;
-    let fit = fit(&tests, poisson, coupon.centres)?;
-    let mut measurements = Vec::new();
-    for ((test, fitted), error) in coupon.tests.iter().zip(&tests).zip(&fit.errors) {
+    let fit = fit(&tests, poisson, coupon.model, coupon.centres)?;
+    let mut record = skeleton(coupon, Kind::Isotropic, &fit.law, fit.engineering_strain)?;
+    record.measurements = measurements(coupon, &tests, &fit.errors);
+    record
+        .assumptions
+        .extend(assumptions(coupon, poisson, &tests, &fit.law));
+    let knowledge = knowledge(&fit, &tests);
+    record.uncertainty = uncertainty(&fit.law, &knowledge.covariance, "residuals".into());
+    let held_out = predicted.into_iter().map(|(source, test)| HeldOut {
+        specimen: source.specimen.clone(),
+        file: source.file.clone(),
+        error: test_error(&fit.law, &test),
+        test,
+    });
+    Ok(Fitted {
+        held_out: held_out.collect(),
+        knowledge: Some(knowledge),
+        record,
+        tests,
+        fit: Some(fit),
+    })
+}
+
+fn measurements(coupon: &CouponFile, tests: &[CouponTest], errors: &[TestError]) -> Vec<Measurement> {
+    let fitted = coupon.tests.iter().filter(|t| !t.held_out);
+    let mut list = Vec::new();
+    for ((test, fitted), error) in fitted.zip(tests).zip(errors) {
         let (low, high) = span(&fitted.curve);
-        measurements.push(Measurement {
+        list.push(Measurement {
             test: test.kind.word().into(),
             specimen: test.specimen.clone(),
             date: test.date.clone(),
@@ -88,16 +137,20 @@ pub fn fit_coupon(
             largest_mm: None,
         });
     }
-    let law = Law::Isotropic(fit.law.clone());
-    let mut record = skeleton(coupon, Kind::Isotropic, &law, fit.engineering_strain)?;
-    record.measurements = measurements;
-    record
-        .assumptions
-        .extend(assumptions(coupon, poisson, &tests, &law));
-    Ok(Fitted {
-        record,
-        tests,
-        fit: Some(fit),
+    list
+}
+
+/// A covariance of the law's parameters as a record shows it, to six digits; none if it is not finite.
+pub fn uncertainty(law: &Law, covariance: &[Vec<f64>], basis: String) -> Option<Uncertainty> {
+    let six = |x: &f64| crate::material::record::significant(*x, 6);
+    let finite = covariance.iter().flatten().all(|x| x.is_finite());
+    (finite && !covariance.is_empty()).then(|| Uncertainty {
+        parameters: law.parameters().into_iter().map(|p| p.name).collect(),
+        covariance: covariance
+            .iter()
+            .map(|row| row.iter().map(six).collect())
+            .collect(),
+        basis,
     })
 }
 
@@ -114,7 +167,9 @@ fn of_tubes(coupon: &CouponFile, tubes: &Tubes) -> Result<Fitted, FitError> {
     Ok(Fitted {
         record,
         tests: Vec::new(),
+        held_out: Vec::new(),
         fit: None,
+        knowledge: None,
     })
 }
 
@@ -162,34 +217,16 @@ fn skeleton(
 
 /// What the fit itself had to assume, in words.
 fn assumptions(coupon: &CouponFile, poisson: Poisson, tests: &[CouponTest], law: &Law) -> Vec<String> {
-    let mut list = Vec::new();
-    match poisson {
-        Poisson::Assumed(ratio) => {
-            list.push(format!(
-                "Poisson's ratio in Biot strain assumed to be {ratio} at all strains; not measured"
-            ));
-        }
-        Poisson::AtRest(ratio) => {
-            list.push(format!(
-                "Poisson's ratio in Biot strain assumed to be {ratio} at rest, and the bulk modulus the same at all \
-                 strains; not measured"
-            ));
-            if ratio > 0.45 {
-                list.push("the law does not keep volume at large strain: in Biot strain that holds at small strain only".into());
-            }
-        }
-        Poisson::Fitted(_) => {
-            let sideways = tests.iter().any(|t| !t.curve.lateral.is_empty());
-            let from = if sideways {
-                "the tracked width"
-            } else {
-                "all tests together; no width was measured"
-            };
-            let ratio = law.poisson_ratio_at_rest();
-            list.push(format!("Poisson's ratio fitted to {from}: {ratio:.3} at rest"));
-        }
+    let mut list = vec![about_poisson(coupon.model, poisson, tests, law)];
+    if let (LawChoice::Rbf, Poisson::AtRest(ratio)) = (coupon.model, poisson)
+        && ratio > 0.45
+    {
+        list.push(
+            "the law does not keep volume at large strain: in Biot strain that holds at small strain only"
+                .into(),
+        );
     }
-    for (test, fitted) in coupon.tests.iter().zip(tests) {
+    for (test, fitted) in coupon.tests.iter().filter(|t| !t.held_out).zip(tests) {
         if fitted.curve.slack != 0.0 {
             let percent = 100.0 * fitted.curve.slack;
             list.push(format!(
@@ -198,14 +235,17 @@ fn assumptions(coupon: &CouponFile, poisson: Poisson, tests: &[CouponTest], law:
             ));
         }
     }
-    let [low, high] = [
-        tests.iter().any(|t| t.curve.strain.iter().any(|&e| e < 0.0)),
-        tests
-            .iter()
-            .any(|t| t.kind == super::coupon_file::TestKind::UniaxialTension),
-    ];
-    if low != high {
-        let (other, measured) = if low {
+    let pressed = tests.iter().any(|t| t.kind.sign() < 0.0);
+    let pulled = tests.iter().any(|t| {
+        matches!(
+            t.kind,
+            TestKind::UniaxialTension | TestKind::EquibiaxialTension | TestKind::PlanarTension
+        )
+    });
+    // A sheet that is pulled from all sides is a coupon that is pressed: it tells both.
+    let both = tests.iter().any(|t| t.kind == TestKind::EquibiaxialTension);
+    if pressed != pulled && !both {
+        let (other, measured) = if pressed {
             ("tension", "compression")
         } else {
             ("compression", "tension")
@@ -215,6 +255,31 @@ fn assumptions(coupon: &CouponFile, poisson: Poisson, tests: &[CouponTest], law:
         ));
     }
     list
+}
+
+fn about_poisson(model: LawChoice, poisson: Poisson, tests: &[CouponTest], law: &Law) -> String {
+    match (poisson, model) {
+        (Poisson::Assumed(ratio), LawChoice::Rbf) => {
+            format!("Poisson's ratio in Biot strain assumed to be {ratio} at all strains; not measured")
+        }
+        (Poisson::AtRest(ratio), LawChoice::Rbf) => format!(
+            "Poisson's ratio in Biot strain assumed to be {ratio} at rest, and the bulk modulus the same at all strains; \
+             not measured"
+        ),
+        (Poisson::Assumed(ratio) | Poisson::AtRest(ratio), _) => {
+            format!("Poisson's ratio assumed to be {ratio} at rest; not measured")
+        }
+        (Poisson::Fitted(_), _) => {
+            let sideways = tests.iter().any(|t| !t.curve.lateral.is_empty());
+            let from = if sideways {
+                "the tracked width"
+            } else {
+                "all tests together; no width was measured"
+            };
+            let ratio = law.poisson_ratio_at_rest();
+            format!("Poisson's ratio fitted to {from}: {ratio:.3} at rest")
+        }
+    }
 }
 
 /// A few strains over the range with the law's stress.

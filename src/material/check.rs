@@ -43,6 +43,7 @@ pub fn check(record: &MaterialRecord, text: &str) -> Vec<Finding> {
             check_weights(record, &law, &mut findings);
             check_stability(record, &law, &mut findings);
             check_pairs(record, &law, &mut findings);
+            check_uncertainty(record, &law, &mut findings);
         }
         Err(error) => findings.add("model", error.to_string()),
     }
@@ -301,4 +302,54 @@ fn check_pairs(record: &MaterialRecord, law: &Law, findings: &mut Findings<'_>) 
             findings.add(&format!("checks[{i}].stress_mpa"), message);
         }
     }
+}
+
+fn check_uncertainty(record: &MaterialRecord, law: &Law, findings: &mut Findings<'_>) {
+    let Some(uncertainty) = &record.uncertainty else {
+        return;
+    };
+    let known: Vec<String> = law.parameters().into_iter().map(|p| p.name).collect();
+    let mut last = None;
+    for (i, name) in uncertainty.parameters.iter().enumerate() {
+        let field = format!("uncertainty.parameters[{i}]");
+        match known.iter().position(|k| k == name) {
+            None => findings.add(
+                &field,
+                format!("{name:?} is no parameter of the law: expected one of {known:?}"),
+            ),
+            place if place <= last => findings.add(
+                &field,
+                format!("{name:?}: expected each once, in the law's order"),
+            ),
+            place => last = place,
+        }
+    }
+    let rows = &uncertainty.covariance;
+    let n = rows.len();
+    let matrix = nalgebra::DMatrix::from_fn(n, n, |i, j| rows[i].get(j).copied().unwrap_or(f64::NAN));
+    let field = "uncertainty.covariance";
+    if matrix.iter().any(|c| !c.is_finite()) {
+        return findings.add(field, "found a number that is not finite".into());
+    }
+    let size = matrix.amax();
+    findings.require(
+        (&matrix - matrix.transpose()).amax() <= REPRODUCES * size,
+        field,
+        "not the same across its diagonal",
+        "a symmetric matrix",
+    );
+    let least = matrix.symmetric_eigenvalues().iter().copied().fold(0.0, f64::min);
+    // A parameter that the data leave free has an eigenvalue of zero, give or take rounding.
+    findings.require(
+        least >= -1e-6 * size,
+        field,
+        format!("a negative eigenvalue, {least:e}"),
+        "a covariance",
+    );
+    findings.require(
+        !uncertainty.basis.trim().is_empty(),
+        "uncertainty.basis",
+        "empty",
+        "where the covariance comes from",
+    );
 }

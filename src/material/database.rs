@@ -1,8 +1,9 @@
-//! The database of materials: a folder with one record per file, `materials-db/ID.toml`. Git is its history.
+//! The database of materials: a folder with the newest record of each material, `ID.toml`, and the versions before it,
+//! `versions/ID@N.toml`. Reading it; [`super::put`] writes.
 
 use super::check::{Finding, check};
 use super::record::{MaterialRecord, RecordError, Unknown, field_error};
-use crate::units::whole_file::replace_file;
+use super::versions::{VERSIONS, id_and_version};
 use std::path::{Path, PathBuf};
 
 /// A record and the file that it came from.
@@ -30,6 +31,8 @@ impl Entry {
 pub struct Database {
     folder: PathBuf,
     entries: Vec<Entry>,
+    /// Sorted by id and version.
+    older: Vec<Entry>,
     broken: Vec<RecordError>,
 }
 
@@ -68,35 +71,43 @@ pub enum DatabaseError {
 }
 
 impl Database {
-    /// Reads every `*.toml` of `folder`. Files that are no sound record don't stop it: [`Database::broken`] has them.
+    /// Reads every `*.toml` of `folder`, and of the older versions in it. Files that are no sound record don't stop it:
+    /// [`Database::broken`] has them.
     ///
     /// # Errors
     /// If the folder can't be read.
     pub fn open(folder: &Path) -> Result<Self, DatabaseError> {
-        let failed = |source| DatabaseError::Folder {
+        let failed = |folder: &Path, source| DatabaseError::Folder {
             folder: folder.to_path_buf(),
             source,
         };
-        let mut files = Vec::new();
-        for item in std::fs::read_dir(folder).map_err(failed)? {
-            let path = item.map_err(failed)?.path();
-            if path.extension().is_some_and(|e| e == "toml") && path.is_file() {
-                files.push(path);
-            }
-        }
-        files.sort();
         let mut database = Database {
             folder: folder.to_path_buf(),
             entries: Vec::new(),
+            older: Vec::new(),
             broken: Vec::new(),
         };
-        for file in files {
-            match read_entry(&file) {
+        for file in records_in(folder).map_err(|e| failed(folder, e))? {
+            match read_entry(&file, None) {
                 Ok(entry) => database.entries.push(entry),
                 Err(error) => database.broken.push(error),
             }
         }
-        database.entries.sort_by(|a, b| a.record.id.cmp(&b.record.id));
+        // After the newest: a version that a writer replaces meanwhile is then found here.
+        let versions = folder.join(VERSIONS);
+        let files = match records_in(&versions) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+            files => files.map_err(|e| failed(&versions, e))?,
+        };
+        for file in files {
+            match read_entry(&file, Some(version_in_name(&file))) {
+                Ok(entry) => database.older.push(entry),
+                Err(error) => database.broken.push(error),
+            }
+        }
+        let order = |e: &Entry| (e.record.id.clone(), e.record.version);
+        database.entries.sort_by_key(order);
+        database.older.sort_by_key(order);
         Ok(database)
     }
 
@@ -105,14 +116,30 @@ impl Database {
         &self.folder
     }
 
-    /// The records with their files, sorted by id.
+    /// The newest records with their files, sorted by id.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// The records, sorted by id.
+    /// The newest records, sorted by id.
     pub fn records(&self) -> impl Iterator<Item = &MaterialRecord> {
         self.entries.iter().map(|entry| &entry.record)
+    }
+
+    /// The older versions with their files, sorted by id and version.
+    pub fn older(&self) -> &[Entry] {
+        &self.older
+    }
+
+    /// The versions of a material, from the first that is kept to the newest.
+    pub fn history(&self, id: &str) -> Vec<&Entry> {
+        let mut history: Vec<&Entry> = self.older.iter().filter(|e| e.record.id == id).collect();
+        if let Some(newest) = self.entries.iter().find(|e| e.record.id == id) {
+            // A writer that was killed may have kept the newest already.
+            history.retain(|e| e.record.version != newest.record.version);
+            history.push(newest);
+        }
+        history
     }
 
     /// Files that could not be read as a record.
@@ -120,19 +147,48 @@ impl Database {
         &self.broken
     }
 
-    /// The record named `id`.
+    /// The first of the files that could not be read.
+    pub(super) fn take_broken(&mut self) -> Option<RecordError> {
+        (!self.broken.is_empty()).then(|| self.broken.remove(0))
+    }
+
+    /// The record named `id`, or `id@N` for its version N.
     ///
     /// # Errors
-    /// If there is none; the message names the nearest ids, or why the file of that name can't be read.
+    /// If there is none; the message names the nearest ids, or the versions that are there, or why the file of that name can't
+    /// be read.
     pub fn find(&self, id: &str) -> Result<&MaterialRecord, DatabaseError> {
         self.entry(id).map(|entry| &entry.record)
     }
 
-    /// The record named `id`, with its file.
+    /// The record named `id` or `id@N`, with its file.
     ///
     /// # Errors
     /// As [`Database::find`].
-    pub fn entry(&self, id: &str) -> Result<&Entry, DatabaseError> {
+    pub fn entry(&self, name: &str) -> Result<&Entry, DatabaseError> {
+        let unknown = |hint: String| DatabaseError::Unknown {
+            id: name.into(),
+            folder: self.folder.clone(),
+            hint,
+        };
+        let (id, version) = id_and_version(name).map_err(|found| {
+            unknown(format!(
+                ": found version {found:?}, expected a whole number from 1, as in ID@2"
+            ))
+        })?;
+        let Some(version) = version else {
+            return self.newest(id);
+        };
+        let history = self.history(id);
+        if let Some(entry) = history.iter().find(|e| e.record.version == version) {
+            return Ok(entry);
+        }
+        self.newest(id)?;
+        let there: Vec<String> = history.iter().map(|e| e.record.version.to_string()).collect();
+        Err(unknown(format!("; it has version {}", there.join(", "))))
+    }
+
+    fn newest(&self, id: &str) -> Result<&Entry, DatabaseError> {
         if let Some(entry) = self.entries.iter().find(|e| e.record.id == id) {
             return Ok(entry);
         }
@@ -150,7 +206,7 @@ impl Database {
         let own = self.folder.join(format!("{id}.toml"));
         if own.is_file() {
             // Its file is there but broken: that is the message that helps.
-            read_entry(&own)?;
+            read_entry(&own, None)?;
             hint.push_str("; its file appeared just now, try again");
         }
         Err(DatabaseError::Unknown {
@@ -161,7 +217,30 @@ impl Database {
     }
 }
 
-fn read_entry(file: &Path) -> Result<Entry, RecordError> {
+/// The record files of a folder, sorted.
+fn records_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for item in std::fs::read_dir(folder)? {
+        let path = item?.path();
+        if path.extension().is_some_and(|e| e == "toml") && path.is_file() {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// The version that the name of a file in `versions/` says; 0, which no record has, if it says none.
+fn version_in_name(file: &Path) -> u32 {
+    let stem = file.file_stem().map(|s| s.to_string_lossy()).unwrap_or_default();
+    id_and_version(&stem)
+        .ok()
+        .and_then(|(_, version)| version)
+        .unwrap_or(0)
+}
+
+/// Reads a record's file, and compares the record with the file's name: `ID.toml`, or `ID@N.toml` for `version` N.
+pub(super) fn read_entry(file: &Path, version: Option<u32>) -> Result<Entry, RecordError> {
     let text = std::fs::read_to_string(file).map_err(|source| RecordError::Read {
         file: file.to_path_buf(),
         source,
@@ -171,13 +250,21 @@ fn read_entry(file: &Path) -> Result<Entry, RecordError> {
         .file_stem()
         .map(|s| s.to_string_lossy().into_owned())
         .unwrap_or_default();
-    if record.id != stem {
+    let expected = |what: &str| format!("what the file's name says, {what:?}");
+    let id = match version {
+        None => stem.as_str(),
+        Some(_) => stem.split_once('@').map_or("", |(id, _)| id),
+    };
+    if record.id != id {
+        return Err(field_error(&text, file, "id", &record.id, &expected(id)));
+    }
+    if let Some(n) = version.filter(|n| *n != record.version) {
         return Err(field_error(
             &text,
             file,
-            "id",
-            &record.id,
-            &format!("the name of the file, {stem:?}"),
+            "version",
+            &record.version,
+            &expected(&n.to_string()),
         ));
     }
     Ok(Entry {
@@ -186,22 +273,6 @@ fn read_entry(file: &Path) -> Result<Entry, RecordError> {
         text,
         unknown,
     })
-}
-
-/// Writes a record to `folder/ID.toml`, aside first, then renamed, so that a reader never sees half of it. Answers the
-/// file's path.
-///
-/// # Errors
-/// If the folder can't be made or the file can't be written.
-pub fn write_record(record: &MaterialRecord, folder: &Path) -> Result<PathBuf, DatabaseError> {
-    let file = folder.join(format!("{}.toml", record.id));
-    let failed = |message: String| DatabaseError::Write {
-        file: file.clone(),
-        message,
-    };
-    let text = record.to_toml().map_err(|e| failed(e.to_string()))?;
-    replace_file(&file, text.as_bytes()).map_err(|e| failed(e.to_string()))?;
-    Ok(file)
 }
 
 /// Levenshtein's distance in bytes.

@@ -3,6 +3,8 @@
 //! ```text
 //! uniaxial:       ε = diag(e, e, a),  T_xx(e, a) = 0  →  e;   nominal stress P = T_zz
 //! equibiaxial:    ε = diag(a, a, e),  T_zz(a, e) = 0  →  e;   nominal stress P = T_xx
+//! planar:         ε = diag(e, 0, a),  T_xx(e, a) = 0  →  e;   nominal stress P = T_zz
+//! confined:       ε = diag(0, 0, a);                          nominal stress P = T_zz
 //! simple shear:   F = I + γ e1⊗e2,  F = RU,  P = R T(U − I);  nominal shear stress P_12
 //! ```
 //!
@@ -12,8 +14,9 @@
 //! | γ | shear | – |
 //! | T, P | Biot stress; first Piola–Kirchhoff (nominal) stress, force over reference area | MPa |
 //!
-//! Where R = I, in the first two, Biot stress is the nominal one. Validity: isotropic laws, and transversely isotropic
-//! ones loaded along their axis z (equibiaxially across it). In simple shear nothing holds the normal stresses at zero, as between bonded plates.
+//! Where R = I, in all but the last, Biot stress is the nominal one. Validity: isotropic laws, and transversely isotropic
+//! ones loaded along their axis z (equibiaxially across it). Planar tension is that of a wide clamped sheet, its width
+//! along y kept; confined, of a cylinder in a smooth rigid sleeve. In simple shear nothing holds the normal stresses at zero, as between bonded plates.
 
 use super::law::{Law, Volumetric};
 use crate::math::Mat3;
@@ -39,16 +42,33 @@ impl Uniaxial {
 
 /// The uniaxial state at engineering strain `axial` along z.
 pub fn uniaxial(law: &Law, axial: f64) -> Uniaxial {
-    let at = |e: f64| Mandel::new(e, e, axial, 0.0, 0.0, 0.0);
-    let lateral = free_strain(law, axial, -law.poisson_ratio_at_rest() * axial, |e| {
-        let (stress, tangent) = law.stress_and_tangent(&at(e));
-        (stress[0], tangent[(0, 0)] + tangent[(0, 1)])
+    let start = first_guess(law, axial, law.poisson_ratio_at_rest());
+    let lateral = free_strain(law, axial, start, |e| {
+        let (stress, slope) = normal(law, [e, e, axial]);
+        (stress[0], slope[0][0] + slope[0][1])
     });
     Uniaxial {
         axial,
         lateral,
-        stress: law.stress(&at(lateral))[2],
+        stress: normal(law, [lateral, lateral, axial]).0[2],
     }
+}
+
+/// Derivatives of the nominal stress with respect to the law's parameters at fixed axial strain \[MPa per unit of the
+/// parameter\], in the order of [`Law::parameters`]; `state` is a [`uniaxial`] state of the law:
+///
+/// ```text
+/// dP/dp = ∂T_zz/∂p − (∂T_zz/∂e) (∂T_xx/∂e)⁻¹ ∂T_xx/∂p
+/// ```
+pub fn uniaxial_by_parameters(law: &Law, state: &Uniaxial) -> Vec<f64> {
+    let strain = state.strain();
+    let (_, tangent) = law.stress_and_tangent(&strain);
+    let across = tangent[(0, 0)] + tangent[(0, 1)];
+    let along = tangent[(2, 0)] + tangent[(2, 1)];
+    law.stress_by_parameters(&strain)
+        .iter()
+        .map(|stress| stress[2] - along / across * stress[0])
+        .collect()
 }
 
 /// A state of equal stress along x and y and none along z.
@@ -71,17 +91,83 @@ impl Equibiaxial {
 
 /// The equibiaxial state at engineering strain `in_plane` along x and y.
 pub fn equibiaxial(law: &Law, in_plane: f64) -> Equibiaxial {
-    let at = |e: f64| Mandel::new(in_plane, in_plane, e, 0.0, 0.0, 0.0);
-    let (_, rest) = law.stress_and_tangent(&Mandel::zeros());
-    let start = -2.0 * rest[(2, 0)] / rest[(2, 2)] * in_plane;
-    let thickness = free_strain(law, in_plane, start, |e| {
-        let (stress, tangent) = law.stress_and_tangent(&at(e));
-        (stress[2], tangent[(2, 2)])
+    let (_, rest) = normal(law, [0.0; 3]);
+    let ratio = (rest[2][0] + rest[2][1]) / rest[2][2];
+    let thickness = free_strain(law, in_plane, first_guess(law, in_plane, ratio), |e| {
+        let (stress, slope) = normal(law, [in_plane, in_plane, e]);
+        (stress[2], slope[2][2])
     });
     Equibiaxial {
         in_plane,
         thickness,
-        stress: law.stress(&at(thickness))[0],
+        stress: normal(law, [in_plane, in_plane, thickness]).0[0],
+    }
+}
+
+/// A state of stress along z, width along y kept, and no stress along x: a wide sheet between clamps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Planar {
+    /// Engineering strain along z.
+    pub axial: f64,
+    /// Engineering strain along x, from zero stress there.
+    pub thickness: f64,
+    /// Nominal stress along z \[MPa\].
+    pub stress: f64,
+}
+
+impl Planar {
+    /// The strain, `(6)`.
+    pub fn strain(&self) -> Mandel {
+        Mandel::new(self.thickness, 0.0, self.axial, 0.0, 0.0, 0.0)
+    }
+}
+
+/// The planar state at engineering strain `axial` along z.
+pub fn planar(law: &Law, axial: f64) -> Planar {
+    let (_, rest) = normal(law, [0.0; 3]);
+    let ratio = rest[0][2] / rest[0][0];
+    let thickness = free_strain(law, axial, first_guess(law, axial, ratio), |e| {
+        let (stress, slope) = normal(law, [e, 0.0, axial]);
+        (stress[0], slope[0][0])
+    });
+    Planar {
+        axial,
+        thickness,
+        stress: normal(law, [thickness, 0.0, axial]).0[2],
+    }
+}
+
+/// Biot strain of a confined test at engineering strain `axial` along z, `(6)`.
+pub fn confined_strain(axial: f64) -> Mandel {
+    Mandel::new(0.0, 0.0, axial, 0.0, 0.0, 0.0)
+}
+
+/// Nominal stress along z \[MPa\] at engineering strain `axial` there and none across.
+pub fn confined_stress(law: &Law, axial: f64) -> f64 {
+    normal(law, [0.0, 0.0, axial]).0[2]
+}
+
+/// Normal stresses \[MPa\] and their derivatives at the normal strains `e` along x, y, z, without shear.
+fn normal(law: &Law, e: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    if let Law::Hyperelastic(law) = law {
+        // The axes are known: no eigenvalues, no tangent of six rows.
+        let at = law.principal(&e);
+        return (at.stress, at.hessian);
+    }
+    let (stress, tangent) = law.stress_and_tangent(&Mandel::new(e[0], e[1], e[2], 0.0, 0.0, 0.0));
+    (
+        [stress[0], stress[1], stress[2]],
+        [0, 1, 2].map(|i| [tangent[(i, 0)], tangent[(i, 1)], tangent[(i, 2)]]),
+    )
+}
+
+/// Where the search for a free strain begins: −ratio × given at small strain. A law in stretches answers large strain
+/// with (1 + given)^−ratio − 1 if it keeps its volume, and starting there saves most of the way.
+fn first_guess(law: &Law, given: f64, ratio: f64) -> f64 {
+    if law.volumetric() == Volumetric::Jacobian && given > -1.0 {
+        (-ratio * given.ln_1p()).exp_m1()
+    } else {
+        -ratio * given
     }
 }
 
@@ -181,6 +267,90 @@ mod tests {
         let expected = (2.0 * t12 + gamma * t22) / s;
         assert!((shear_stress(&law, gamma) - expected).abs() < 1e-14);
         assert!((shear_stress(&law, 1e-6) / 1e-6 - mu).abs() < 1e-9);
+    }
+
+    /// Against central differences of solved uniaxial states.
+    #[test]
+    fn slope_of_the_uniaxial_stress_by_parameters() {
+        use crate::material::record::MaterialRecord;
+        let text = include_str!("../../materials-db/leap-foam.toml");
+        let record = MaterialRecord::parse(text, std::path::Path::new("leap-foam.toml"))
+            .unwrap()
+            .0;
+        let foam = record.law().unwrap();
+        let hooke = Law::linear_isotropic(0.3, 0.4).unwrap();
+        for (law, axial) in [(&foam, -0.31), (&foam, 0.12), (&hooke, 0.2)] {
+            let slopes = uniaxial_by_parameters(law, &uniaxial(law, axial));
+            let values: Vec<f64> = law.parameters().iter().map(|p| p.value).collect();
+            assert!(slopes.iter().any(|s| s.abs() > 1e-4));
+            for i in 0..values.len() {
+                let at = |step: f64| {
+                    let mut moved = values.clone();
+                    moved[i] += step;
+                    uniaxial(&law.with_parameters(&moved).unwrap(), axial).stress
+                };
+                let expected = (at(1e-5) - at(-1e-5)) / 2e-5;
+                // The difference's own error: second order in the step, and rounding of the solved state.
+                assert!(
+                    (slopes[i] - expected).abs() < 1e-9,
+                    "{i}: {} and {expected}",
+                    slopes[i]
+                );
+            }
+        }
+    }
+
+    /// With λ = K − 2μ/3 = 4μ: planar T_xx = 2μ e + λ (e + a) = 0 and T_zz = 2μ a + λ (e + a); equibiaxial the same with
+    /// 2a in place of a; confined T_zz = (2μ + λ) a.
+    #[test]
+    fn hookes_law_in_the_other_tests() {
+        let law = Law::linear_isotropic(0.28, 0.4).unwrap();
+        let (mu, lame) = (0.1, 0.4);
+        for a in [-0.3, 0.5] {
+            let state = planar(&law, a);
+            let e = -lame * a / (2.0 * mu + lame);
+            assert!((state.thickness - e).abs() < 1e-14);
+            assert!((state.stress - (2.0 * mu * a + lame * (e + a))).abs() < 1e-14);
+            assert_eq!(state.strain()[1], 0.0);
+            let state = equibiaxial(&law, a);
+            let e = -2.0 * lame * a / (2.0 * mu + lame);
+            assert!((state.thickness - e).abs() < 1e-14);
+            assert!((state.stress - (2.0 * mu * a + lame * (e + 2.0 * a))).abs() < 1e-14);
+            assert!((confined_stress(&law, a) - (2.0 * mu + lame) * a).abs() < 1e-14);
+        }
+    }
+
+    /// A neo-Hookean rubber without volume change: P = μ (λ − λ⁻²) pulled, μ (λ − λ⁻⁵) from all sides, μ (λ − λ⁻³)
+    /// planar. K = 10⁶ μ leaves a volume change of about P/K. Confined, with J = λ: T = μ λ^(−2/3) (λ − I1/(3λ)) + K (λ − 1).
+    #[test]
+    fn neo_hookean_rubber_in_closed_form() {
+        use crate::material::hyperelastic::{Form, Hyperelastic};
+        let rubber = |bulk_mpa: f64| {
+            let form = Form::NeoHookeanIsochoric {
+                shear_mpa: 0.4,
+                bulk_mpa,
+            };
+            Law::Hyperelastic(Hyperelastic::new(form).unwrap())
+        };
+        let stiff = rubber(4e5);
+        for stretch in [0.3_f64, 0.7, 1.5, 4.0, 7.0] {
+            let e = stretch - 1.0;
+            let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-3;
+            assert!(near(
+                uniaxial(&stiff, e).stress,
+                0.4 * (stretch - stretch.powi(-2))
+            ));
+            assert!(near(
+                equibiaxial(&stiff, e).stress,
+                0.4 * (stretch - stretch.powi(-5))
+            ));
+            assert!(near(planar(&stiff, e).stress, 0.4 * (stretch - stretch.powi(-3))));
+            assert!((planar(&stiff, e).thickness - (1.0 / stretch - 1.0)).abs() < 1e-3);
+            let expected =
+                0.4 * stretch.powf(-2.0 / 3.0) * (stretch - (2.0 + stretch * stretch) / (3.0 * stretch))
+                    + 2.0 * e;
+            assert!((confined_stress(&rubber(2.0), e) - expected).abs() < 1e-13);
+        }
     }
 
     #[test]

@@ -5,7 +5,8 @@
 //! [`transverse`] are that secant form; [`hyperelastic`] (with [`neo_hookean`], [`principal`] and the terms of its energies) and
 //! [`energy`] have an energy; [`paper`] is the papers' form for comparison;
 //! [`law_text`] is a law as people write it; [`homogeneous`] answers the tests of a coupon; [`record`] is a material on disk,
-//! [`migrate`] reads and rewrites older schemas, [`check`] says whether to trust it, [`database`] is the folder of all.
+//! [`migrate`] reads and rewrites older schemas, [`check`] says whether to trust it, [`database`] is the folder of all, [`put`] writes
+//! to it, [`versions`] are the older ones, [`selection`] picks and sorts.
 
 pub mod check;
 pub mod database;
@@ -22,8 +23,11 @@ pub mod migrate;
 pub mod neo_hookean;
 pub mod paper;
 pub mod principal;
+pub mod put;
 pub mod record;
 mod record_law;
 mod record_places;
+pub mod selection;
 mod stretch_terms;
 pub mod transverse;
+pub mod versions;

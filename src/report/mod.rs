@@ -6,10 +6,16 @@
 //! that plots and pictures end in), [`plot`] and [`bars`] (curves and errors), [`raster`] (triangles to pixels without
 //! a graphics card), [`shading`] (their normals, light and outlines), [`picture`] (an object cut open, a quantity on a
 //! surface), [`legend`] (what its colours mean), [`layouts`] (the rows that page and terminal share), [`page`] and
-//! `style` (the HTML page), [`table`] (the terminal), [`replicate`] (the page of a search).
+//! `style` (the HTML page), [`table`] and [`terminal_plot`] (the terminal), [`replicate`] (the page of a search); of coupon
+//! fits [`coupon_plots`], [`coupon_table`] and [`coupon_page`]; of the materials [`database`] and [`database_curve`].
 
 pub mod bars;
 pub mod colour;
+pub mod coupon_page;
+pub mod coupon_plots;
+pub mod coupon_table;
+pub mod database;
+pub mod database_curve;
 pub mod layouts;
 pub mod legend;
 pub mod page;
@@ -20,6 +26,7 @@ pub mod replicate;
 pub mod shading;
 pub mod svg;
 pub mod table;
+pub mod terminal_plot;
 pub mod ticks;
 
 mod style;

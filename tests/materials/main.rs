@@ -1,11 +1,14 @@
 //! The shipped database: every record is sound, and comes out of its coupon file again.
 
 mod commands;
+mod versions;
+mod writers;
 
 use pliant::fitting::coupon_file::CouponFile;
 use pliant::fitting::record::fit_coupon;
-use pliant::material::database::{Database, write_record};
+use pliant::material::database::Database;
 use pliant::material::homogeneous::{first_fold, uniaxial};
+use pliant::material::put::Change;
 use pliant::material::record::{Kind, MaterialRecord};
 use pliant::math::mandel::Mandel;
 use rand::{Rng, SeedableRng};
@@ -146,7 +149,9 @@ fn a_coupon_makes_its_record_again() {
 fn records_survive_writing() {
     let folder = tempfile::tempdir().unwrap();
     for record in database().records() {
-        let file = write_record(record, folder.path()).unwrap();
+        let put = Database::put(folder.path(), record).unwrap();
+        assert_eq!((put.version, put.change), (1, Change::First));
+        let file = put.file;
         let text = std::fs::read_to_string(&file).unwrap();
         let (again, unknown) = MaterialRecord::parse(&text, &file).unwrap();
         assert_eq!(&again, record);
@@ -155,8 +160,8 @@ fn records_survive_writing() {
     }
     assert_eq!(
         std::fs::read_dir(folder.path()).unwrap().count(),
-        database().entries().len(),
-        "nothing left aside"
+        database().entries().len() + 1,
+        "nothing left aside but the lock"
     );
 }
 
