@@ -6,6 +6,7 @@
 
 use super::bench::{Laboratory, Probe};
 use super::measure::Press;
+use super::set::fixed;
 use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -34,7 +35,7 @@ impl Aside {
             env!("CARGO_PKG_VERSION"),
             laboratory.words,
             laboratory.base.law,
-            laboratory.fixed,
+            laboratory.fixed.iter().map(fixed).collect::<String>(),
             laboratory.markers,
             fine.size,
             fine.fill,
