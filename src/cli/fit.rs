@@ -1,16 +1,18 @@
-//! `pliant fit`: from coupon tests to a material record.
+//! `pliant fit`: from coupon tests or presses with a probe to a material record.
 
 use super::Answer;
-use super::fit_coupon;
 use super::terminal::say;
+use super::{fit_coupon, fit_probe};
 use miette::{IntoDiagnostic, miette};
 use std::path::{Path, PathBuf};
 
-/// Fits materials to coupon tests (pressed, pulled or sheared specimens) and writes their records.
+/// Fits materials to coupon tests (pressed, pulled or sheared specimens) or to measurement sets (a specimen pressed with a
+/// probe) and writes their records.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Coupon files: which tests, where their curves are, units, what is assumed
-    #[arg(required = true, value_name = "COUPON.toml")]
+    /// Coupon files (which tests, where their curves are, units, what is assumed) and measurement sets, which have a
+    /// [specimen]
+    #[arg(required = true, value_name = "FILE.toml")]
     pub(super) coupons: Vec<PathBuf>,
     /// Folder of the material database that the record goes to
     #[arg(long, value_name = "DIR", default_value = "materials-db")]
@@ -36,6 +38,15 @@ pub struct Arguments {
     /// Write a page of all fits in Markdown, with the drawings of --plots
     #[arg(long, value_name = "FILE.md")]
     pub(super) page: Option<PathBuf>,
+    /// Measurement sets: centres in strain space [default: 6, transversely isotropic 12; 1 for a homogeneous law]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=60))]
+    pub(super) centres: Option<u16>,
+    /// Measurement sets: interpolate an energy in place of a stiffness (isotropic materials)
+    #[arg(long)]
+    pub(super) energy: bool,
+    /// Measurement sets: take the probe's force as measured, without estimating its tangential part
+    #[arg(long)]
+    pub(super) no_tangential: bool,
     /// Answer in JSON, for machines
     #[arg(long)]
     pub(super) json: bool,
@@ -51,6 +62,14 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let mut entries = Vec::new();
     for path in &arguments.coupons {
         let text = read(path)?;
+        if fit_probe::is_set(&text) {
+            let (own, value) = fit_probe::run(arguments, path)?;
+            if own == Answer::Negative {
+                answer = Answer::Negative;
+            }
+            values.push(value);
+            continue;
+        }
         let done = fit_coupon::run(arguments, path, &text)?;
         if done.answer == Answer::Negative {
             answer = Answer::Negative;

@@ -72,6 +72,7 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
     }
     let mut answer = Answer::Done;
     let mut written = Vec::new();
+    let (mut record_file, mut fresh) = (None, false);
     if !findings.is_empty() {
         answer = Answer::Negative;
         warn(&format!(
@@ -85,7 +86,8 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
         if !arguments.json {
             note(&put);
         }
-        written.push(put.file.display().to_string());
+        fresh = put.change != Change::Same;
+        record_file = Some(put.file.display().to_string());
     }
     let mut drawings = Vec::new();
     if let Some(folder) = &arguments.plots {
@@ -98,15 +100,13 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
         }
     }
     if !arguments.json {
-        written.iter().for_each(|file| say(&format!("  wrote {file}")));
+        let files = record_file.iter().filter(|_| fresh).chain(&written);
+        files.for_each(|file| say(&format!("  wrote {file}")));
     }
-    let value = value(
-        &fitted,
-        comparison.as_ref(),
-        resampled.as_ref(),
-        &findings,
-        &written,
-    )?;
+    let mut value = value(&fitted, comparison.as_ref(), resampled.as_ref())?;
+    value["findings"] = findings.iter().map(|f| f.message.clone()).collect();
+    value["file"] = record_file.into();
+    value["drawings"] = written.into();
     Ok(Done {
         answer,
         value,
@@ -120,7 +120,7 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
 }
 
 /// Says which version a record became, where it is not the first.
-fn note(put: &Put) {
+pub(super) fn note(put: &Put) {
     match put.change {
         Change::First => {}
         Change::Revised => say(&format!("  version {}; the one before is kept", put.version)),
@@ -229,6 +229,7 @@ fn stop_words(stop: Stop) -> &'static str {
         Stop::Step => "the step became negligible",
         Stop::Cost => "the error no longer falls",
         Stop::Iterations => "the iterations ran out: not converged",
+        Stop::Cancelled => "stopped on request: not converged",
     }
 }
 
@@ -334,8 +335,6 @@ fn value(
     fitted: &Fitted,
     comparison: Option<&Comparison>,
     resampled: Option<&Bootstrap>,
-    findings: &[crate::material::check::Finding],
-    written: &[String],
 ) -> miette::Result<Value> {
     let record = &fitted.record;
     let numbers = fitted.knowledge.iter().flat_map(|k| &k.numbers).map(|n| {
@@ -382,9 +381,6 @@ fn value(
         "stopped": fitted.fit.as_ref().map(|f| stop_words(f.stop)),
         "comparison": laws,
         "bootstrap": bands,
-        "findings": findings.iter().map(|f| f.message.clone()).collect::<Vec<_>>(),
-        "file": written.first(),
-        "written": written,
     }))
 }
 

@@ -8,6 +8,7 @@ pub mod db;
 pub mod export;
 pub mod fit;
 mod fit_coupon;
+mod fit_probe;
 pub mod measure;
 pub mod object;
 pub mod progress;

@@ -50,6 +50,8 @@ pub struct Solver<'a> {
     pub(super) skew: Vec<f64>,
     internal: Vec<Vec3>,
     pub(super) external: Vec<f64>,
+    /// Load on the unknowns at factor zero; empty for none.
+    bias: Vec<f64>,
     pub(super) residual: Vec<f64>,
     pub(super) step: Vec<f64>,
     pub(super) unknowns: Vec<f64>,
@@ -85,6 +87,7 @@ impl<'a> Solver<'a> {
             skew: Vec::new(),
             internal: vec![Vec3::zeros(); model.mesh.nodes.len()],
             external: vec![0.0; n],
+            bias: Vec::new(),
             residual: vec![0.0; n],
             step: vec![0.0; n],
             unknowns: vec![0.0; n],
@@ -114,33 +117,11 @@ impl<'a> Solver<'a> {
         options: &Options,
         cancelled: &dyn Fn() -> bool,
     ) -> Curve {
-        self.work = Work {
-            factorisations: 1,
-            ..Work::default()
-        };
-        // A factor of an earlier curve would make the answer depend on what was solved before.
-        self.is_refreshed = false;
-        self.memory.restart();
         let mut path = Path::at_rest(self.model.mesh.nodes.len());
-        let mut curve = Curve {
-            levels: Vec::new(),
-            stop: Stop::Converged,
-            reached: 0.0,
-            residual: 0.0,
-            work: self.work,
-        };
-        if !self.rest.is_factored() {
-            curve.stop = Stop::Unstable;
-            return curve;
-        }
-        for &factor in factors {
-            match self.reach(&mut path, factor, materials, load, options, cancelled) {
-                Attempt::Arrived(residual) => {
-                    curve.residual = residual;
-                    curve.levels.push(path.u.clone());
-                }
-                Attempt::Failed(stop) => {
-                    curve.stop = diagnosis::named(self, stop, &path, materials, load);
+        let mut curve = self.begin();
+        if curve.stop == Stop::Converged {
+            for &factor in factors {
+                if !self.level(&mut curve, &mut path, factor, materials, load, options, cancelled) {
                     break;
                 }
             }
@@ -148,6 +129,108 @@ impl<'a> Solver<'a> {
         curve.reached = path.factor;
         curve.work = self.work;
         curve
+    }
+
+    /// Displacements at each of the `loads`, each `(nodes)` \[N\], from rest; the forces go from one to the next in a straight
+    /// line and need not be in proportion. [`Curve::reached`] then counts loads. [`Solver::start`] comes first.
+    ///
+    /// With F_k the k-th load and s the way that the forces have gone, F(s) = F_{k−1} + (s − s_{k−1}) ΔF_k/|ΔF_k|.
+    pub fn route(
+        &mut self,
+        materials: &Materials,
+        loads: &[Vec<Vec3>],
+        options: &Options,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Curve {
+        let nodes = self.model.mesh.nodes.len();
+        let mut path = Path::at_rest(nodes);
+        let mut curve = self.begin();
+        let mut from = vec![Vec3::zeros(); nodes];
+        for (k, to) in loads.iter().enumerate() {
+            let change: Vec<Vec3> = to.iter().zip(&from).map(|(b, a)| b - a).collect();
+            let way = change.iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
+            if way == 0.0 && curve.stop == Stop::Converged {
+                curve.levels.push(path.u.clone());
+                curve.reached = (k + 1) as f64;
+            }
+            if way == 0.0 || curve.stop != Stop::Converged {
+                continue;
+            }
+            let load = Load {
+                forces: change.iter().map(|f| f / way).collect(),
+                prescribed: None,
+            };
+            let start = path.factor;
+            let before: Vec<Vec3> = from
+                .iter()
+                .zip(&load.forces)
+                .map(|(a, f)| a - f * start)
+                .collect();
+            self.bias.resize(self.model.unknowns(), 0.0);
+            self.model.gather(&before, &mut self.bias);
+            self.level(
+                &mut curve,
+                &mut path,
+                start + way,
+                materials,
+                &load,
+                options,
+                cancelled,
+            );
+            curve.reached = k as f64 + (path.factor - start) / way;
+            from.clone_from(to);
+        }
+        self.bias.clear();
+        curve.work = self.work;
+        curve
+    }
+
+    /// An empty curve, and the memory as new: a factor of an earlier curve would make the answer depend on what was solved
+    /// before.
+    fn begin(&mut self) -> Curve {
+        self.work = Work {
+            factorisations: 1,
+            ..Work::default()
+        };
+        self.is_refreshed = false;
+        self.bias.clear();
+        self.memory.restart();
+        Curve {
+            levels: Vec::new(),
+            stop: if self.rest.is_factored() {
+                Stop::Converged
+            } else {
+                Stop::Unstable
+            },
+            reached: 0.0,
+            residual: 0.0,
+            work: self.work,
+        }
+    }
+
+    /// One more level of `curve`; false where it ends before.
+    #[allow(clippy::too_many_arguments)]
+    fn level(
+        &mut self,
+        curve: &mut Curve,
+        path: &mut Path,
+        factor: f64,
+        materials: &Materials,
+        load: &Load,
+        options: &Options,
+        cancelled: &dyn Fn() -> bool,
+    ) -> bool {
+        match self.reach(path, factor, materials, load, options, cancelled) {
+            Attempt::Arrived(residual) => {
+                curve.residual = residual;
+                curve.levels.push(path.u.clone());
+                true
+            }
+            Attempt::Failed(stop) => {
+                curve.stop = diagnosis::named(self, stop, path, materials, load);
+                false
+            }
+        }
     }
 
     /// Goes from the last equilibrium to `target`, halving the increment on trouble and doubling it when that is easy.
@@ -253,6 +336,10 @@ impl<'a> Solver<'a> {
     ) -> Attempt {
         self.model.gather(&load.forces, &mut self.external);
         self.external.iter_mut().for_each(|f| *f *= t);
+        self.external
+            .iter_mut()
+            .zip(&self.bias)
+            .for_each(|(f, b)| *f += b);
         let start = u.clone();
         let arrived = self
             .accelerated(u, materials, options, cancelled)

@@ -15,15 +15,19 @@
 
 use super::elements::{BATCH, Block, Discretisation};
 use super::equilibrium::Solver;
+use super::example::Sensor;
 use super::forces::{self, Materials};
 use super::response;
 use crate::math::Vec3;
 use crate::math::mandel::Mandel;
 use crate::math::polar_lanes::ZERO;
 use crate::numerics::gmres::Side;
+use nalgebra::DMatrix;
 
 /// Residual of the linear systems, as a share of their right-hand sides.
 const TOLERANCE: f64 = 1e-12;
+/// The same for readings, which fits ask for by the thousand: far below what an equilibrium's own tolerance leaves.
+const READING_TOLERANCE: f64 = 1e-7;
 
 /// Why there are no derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -97,6 +101,64 @@ impl Solver<'_> {
                 Ok(forces.iter().map(product).collect())
             })
             .collect()
+    }
+
+    /// Derivatives of what sensors read at the equilibrium `u`, `(nodes)` \[mm\]: with respect to each parameter of the law of
+    /// `cell`, then to a multiple of each of the `loads`, `(components × (parameters + loads))`. A component is one
+    /// direction of one sensor, in order. One solve a column or one a row, whichever is less.
+    ///
+    /// # Errors
+    /// [`SensitivityError`]: a limit point, no such cell.
+    pub fn reading_derivatives(
+        &mut self,
+        u: &[Vec3],
+        materials: &Materials,
+        cell: usize,
+        loads: &[&[Vec3]],
+        sensors: &[(Sensor, Vec<Vec3>)],
+    ) -> Result<DMatrix<f64>, SensitivityError> {
+        let mut forces = self.force_derivatives(u, materials, cell)?;
+        forces.iter_mut().flatten().for_each(|f| *f = -*f);
+        forces.extend(loads.iter().map(|load| load.to_vec()));
+        self.tangent_at(u, materials)?;
+        let rows: usize = sensors.iter().map(|(_, directions)| directions.len()).sum();
+        let mut derivatives = DMatrix::zeros(rows, forces.len());
+        let mut right = vec![0.0; self.model.unknowns()];
+        let mut field = vec![Vec3::zeros(); u.len()];
+        let components = || {
+            sensors
+                .iter()
+                .flat_map(|(sensor, directions)| directions.iter().map(move |d| (sensor, d)))
+        };
+        if forces.len() <= rows {
+            for (column, force) in forces.iter().enumerate() {
+                self.model.gather(force, &mut right);
+                self.solve_tangent(&mut right, Side::Plain, READING_TOLERANCE)
+                    .ok_or(SensitivityError::Unstable)?;
+                self.model.spread(&right, &mut field);
+                for (row, (sensor, direction)) in components().enumerate() {
+                    derivatives[(row, column)] = sensor.read(&field).dot(direction);
+                }
+            }
+        } else {
+            for (row, (sensor, direction)) in components().enumerate() {
+                field.fill(Vec3::zeros());
+                sensor
+                    .weights
+                    .iter()
+                    .for_each(|&(n, w)| field[n] += direction * w);
+                self.model.gather(&field, &mut right);
+                self.solve_tangent(&mut right, Side::Transposed, READING_TOLERANCE)
+                    .ok_or(SensitivityError::Unstable)?;
+                // A held component does not move: the adjoint is zero there.
+                field.fill(Vec3::zeros());
+                self.model.spread(&right, &mut field);
+                for (column, force) in forces.iter().enumerate() {
+                    derivatives[(row, column)] = force.iter().zip(&field).map(|(f, a)| f.dot(a)).sum();
+                }
+            }
+        }
+        Ok(derivatives)
     }
 
     fn tangent_at(&mut self, u: &[Vec3], materials: &Materials) -> Result<(), SensitivityError> {

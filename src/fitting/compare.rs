@@ -168,10 +168,14 @@ fn row(fit: CouponFit, tests: &[CouponTest], points: usize, keeps_volume: bool) 
         }
         if keeps_volume && (path.volume_ratio - 1.0).abs() > VOLUME {
             let at = 100.0 * path.ends[0];
-            faults.push(format!(
-                "volume ratio {:.2} at {at:.0} % ({test}), where volume should stay",
-                path.volume_ratio
-            ));
+            faults.push(if path.volume_ratio > 0.0 {
+                format!(
+                    "volume ratio {:.2} at {at:.0} % ({test}), where volume should stay",
+                    path.volume_ratio
+                )
+            } else {
+                format!("turned inside out at {at:.0} % ({test})")
+            });
         }
     }
     Row {

@@ -173,7 +173,7 @@ fn of_tubes(coupon: &CouponFile, tubes: &Tubes) -> Result<Fitted, FitError> {
     })
 }
 
-fn rounded(x: f64, digits: i32) -> f64 {
+pub(super) fn rounded(x: f64, digits: i32) -> f64 {
     let scale = 10.0_f64.powi(digits);
     (x * scale).round() / scale
 }
@@ -283,7 +283,7 @@ fn about_poisson(model: LawChoice, poisson: Poisson, tests: &[CouponTest], law: 
 }
 
 /// A few strains over the range with the law's stress.
-fn check_pairs(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
+pub(super) fn check_pairs(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
     let mut strains: Vec<Mandel> = Vec::new();
     for axial in [0.5 * low, low, 0.5 * high, high] {
         if axial != 0.0 {

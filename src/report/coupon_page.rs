@@ -4,6 +4,7 @@ use super::coupon_table::{comparison_markdown, error_words};
 use super::ticks::fixed;
 use crate::fitting::bootstrap::Bootstrap;
 use crate::fitting::compare::Comparison;
+use crate::fitting::coupon_file::LawChoice;
 use crate::fitting::record::Fitted;
 
 /// One material of the page.
@@ -25,7 +26,7 @@ pub fn page(entries: &[Entry], command: &str) -> String {
         "# Coupon fits\n\nMade by `{command}`.\n\n\
          The error of a test is the root mean square of the law's stress error over that of the measured stress, over the \
          strains that were fitted; `width` is the same for lateral strain. `all` is the root of the mean of the squares over \
-         the tests, by their weights. A held-out test is another specimen or another range: it took no part in the fit. \
+         the tests, by their weights. A held-out test (a repeat, another specimen, another range) took no part in the fit. \
          AICc = n ln S + 2k + 2k(k + 1)/(n − k − 1), with S the square of `all`, n points and k − 1 fitted numbers; \
          neighbouring residuals are alike, so differences below about 10 say little.\n\n"
     );
@@ -57,7 +58,11 @@ fn overview(entries: &[Entry]) -> String {
             let row = entry.comparison.as_ref().and_then(|c| c.rows.get(i));
             row.map_or("–", |r| r.fit.choice.word())
         };
-        let outside = entry.comparison.as_ref().map(|c| c.outside.map_or("none", law));
+        let outside = entry.comparison.as_ref().map(|c| match c.outside.map(law) {
+            None => "none".to_string(),
+            Some(word) if word == LawChoice::Rbf.word() => format!("{word}, a guess"),
+            Some(word) => word.to_string(),
+        });
         let record = &entry.fitted.record;
         text.push_str(&format!(
             "| [{}](#{}) | {} | {} | {} | {} | {} |\n",
@@ -71,7 +76,7 @@ fn overview(entries: &[Entry]) -> String {
                 held.join(", ")
             },
             law(0),
-            outside.unwrap_or("–")
+            outside.unwrap_or("–".into())
         ));
     }
     text

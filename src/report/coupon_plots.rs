@@ -16,6 +16,8 @@ use crate::material::law::Law;
 const MARKS: usize = 25;
 /// Points of a law's line.
 const LINE: usize = 80;
+/// Laws that miss the tests by more are left out of the drawing; the table has them.
+const WORTH_DRAWING: f64 = 0.2;
 /// A law beyond the range may leave the frame at so many times the measured stress.
 const REACH: f64 = 2.5;
 
@@ -47,10 +49,12 @@ fn percent(strain: f64) -> f64 {
     100.0 * strain
 }
 
-fn marks(test: &CouponTest, unit: &Unit) -> Vec<[f64; 2]> {
+/// Every few points of a test; `late` starts half a gap later, so that two like curves don't hide each other.
+fn marks(test: &CouponTest, unit: &Unit, late: bool) -> Vec<[f64; 2]> {
     let step = test.curve.strain.len().div_ceil(MARKS).max(1);
     let points = test.curve.strain.iter().zip(&test.curve.stress);
     points
+        .skip(if late { step / 2 } else { 0 })
         .step_by(step)
         .map(|(e, p)| [percent(*e), unit.factor * p])
         .collect()
@@ -107,7 +111,7 @@ pub fn stress_plot(fitted: &Fitted, bootstrap: Option<&Bootstrap>) -> Option<Svg
         plot = plot.with(law);
         plot = plot.with(Series::new(
             format!("{word}, measured"),
-            marks(test, &unit),
+            marks(test, &unit, false),
             Style::Marks,
             colour,
         ));
@@ -116,7 +120,7 @@ pub fn stress_plot(fitted: &Fitted, bootstrap: Option<&Bootstrap>) -> Option<Svg
         let name = format!("{}, held out ({})", held.test.kind.word(), held.file);
         plot = plot.with(Series::new(
             name,
-            marks(&held.test, &unit),
+            marks(&held.test, &unit, true),
             Style::Marks,
             Colour::qualitative(0),
         ));
@@ -177,37 +181,34 @@ pub fn error_plot(fitted: &Fitted) -> Option<Svg> {
     Some(plot.svg())
 }
 
-/// All laws of a comparison to 1.5 times the range, over the measured points.
+/// The laws of a comparison that come near the tests, to 1.5 times the range, over the measured points.
 pub fn laws_plot(fitted: &Fitted, comparison: &Comparison) -> Svg {
     let unit = unit_of(fitted.tests.iter());
     let title = format!("{}: laws beyond the range", fitted.record.name);
     let mut plot = LinePlot::new(title, "engineering strain, or shear [%]", unit.label);
     for (k, row) in comparison.rows.iter().enumerate() {
+        let chosen = comparison.outside == Some(k);
+        if row.fit.relative_rms > WORTH_DRAWING && !chosen {
+            continue;
+        }
         let mut points = Vec::new();
         for test in &fitted.tests {
             points.extend(line(&row.fit.law, test, beyond(test), &unit));
             points.push([f64::NAN; 2]);
         }
-        let style = match (comparison.outside == Some(k), row.fit.choice) {
+        let style = match (chosen, row.fit.choice) {
             (true, _) => Style::Solid,
             (false, LawChoice::Rbf) => Style::Dotted,
             (false, _) => Style::Dashed,
         };
-        let name = format!(
-            "{}{}",
-            row.fit.choice.word(),
-            if comparison.outside == Some(k) {
-                ", to be trusted"
-            } else {
-                ""
-            }
-        );
+        let mark = if chosen { ", chosen beyond the range" } else { "" };
+        let name = format!("{}{mark}", row.fit.choice.word());
         plot = plot.with(Series::new(name, points, style, Colour::qualitative(k + 1)));
     }
     let mut measured = Vec::new();
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
     for test in &fitted.tests {
-        measured.extend(marks(test, &unit));
+        measured.extend(marks(test, &unit, false));
         for p in &test.curve.stress {
             low = low.min(REACH * unit.factor * p);
             high = high.max(REACH * unit.factor * p);

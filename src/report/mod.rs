@@ -6,8 +6,9 @@
 //! that plots and pictures end in), [`plot`] and [`bars`] (curves and errors), [`raster`] (triangles to pixels without
 //! a graphics card), [`shading`] (their normals, light and outlines), [`picture`] (an object cut open, a quantity on a
 //! surface), [`legend`] (what its colours mean), [`layouts`] (the rows that page and terminal share), [`page`] and
-//! `style` (the HTML page), [`table`] and [`terminal_plot`] (the terminal), [`replicate`] (the page of a search); of coupon
-//! fits [`coupon_plots`], [`coupon_table`] and [`coupon_page`]; of the materials [`database`] and [`database_curve`].
+//! `style` (the HTML page), [`table`] and [`terminal_plot`] (the terminal), [`replicate`] (the page of a search),
+//! [`fit_probe`] (the page of a fit to presses); of coupon fits [`coupon_plots`], [`coupon_table`] and [`coupon_page`]; of the
+//! materials [`database`] and [`database_curve`].
 
 pub mod bars;
 pub mod colour;
@@ -16,6 +17,7 @@ pub mod coupon_plots;
 pub mod coupon_table;
 pub mod database;
 pub mod database_curve;
+pub mod fit_probe;
 pub mod layouts;
 pub mod legend;
 pub mod page;

@@ -221,11 +221,11 @@ impl ReplicatePage {
     }
 }
 
-fn section(heading: &str, wanted: bool, body: Markup) -> Markup {
+pub(super) fn section(heading: &str, wanted: bool, body: Markup) -> Markup {
     html! { @if wanted { section { h2 { (heading) } (body) } } }
 }
 
-fn facts(facts: &[Fact]) -> Markup {
+pub(super) fn facts(facts: &[Fact]) -> Markup {
     html! {
         @if !facts.is_empty() {
             dl { @for fact in facts { div { dt { (fact.name) } dd { (fact.value) } } } }
@@ -233,7 +233,7 @@ fn facts(facts: &[Fact]) -> Markup {
     }
 }
 
-fn figures(figures: &[Figure]) -> Markup {
+pub(super) fn figures(figures: &[Figure]) -> Markup {
     html! {
         div.figures {
             @for figure in figures {

@@ -3,7 +3,8 @@
 use crate::clusters::tetrahedral_box;
 use crate::support::{even_force, fixed_where, hardening_law};
 use pliant::fem::elements::VolumetricStrain;
-use pliant::fem::equilibrium::{Load, Options, Solver};
+use pliant::fem::equilibrium::{Load, Options, Solver, Stop};
+use pliant::fem::example::Sensor;
 use pliant::fem::forces::Materials;
 use pliant::fem::model::Model;
 use pliant::geometry::volume::VolumeMesh;
@@ -141,4 +142,100 @@ fn derivatives_agree_with_solves_of_changed_materials() {
         &fibres,
         &secant,
     );
+}
+
+/// Readings by parameters and by loads, along both ways that the solver may choose, against whole fields and against solves
+/// with changed loads.
+#[test]
+fn readings_agree_with_fields_and_changed_loads() {
+    let size = Vec3::new(12.0, 10.0, 12.0);
+    let case = Case::new(
+        VolumeMesh::cuboid(size, [2, 2, 2], false),
+        VolumetricStrain::Shared,
+    );
+    let (law, other) = (hardening_law(0.15, 0.45), hardening_law(0.3, 0.4));
+    let sideways = even_force(&case.model.mesh, Vec3::new(0.0, 1.0, 0.0), |x| {
+        x.z > 12.0 - 1e-9 && x.x > 5.0
+    });
+    let sensor = |k: usize| {
+        let node = case.model.mesh.nodes.len() - 1 - k;
+        let weights = vec![(node, 0.6), (node - 3, 0.4)];
+        (Sensor { weights }, vec![Vec3::x(), Vec3::y(), Vec3::z()])
+    };
+    let many: Vec<_> = (0..6).map(sensor).collect();
+    let changed = |case: &Case, by: f64| {
+        let forces = case.load.forces.iter().zip(&sideways.forces);
+        let load = Load {
+            forces: forces.map(|(f, s)| f + s * by).collect(),
+            prescribed: None,
+        };
+        let case = Case {
+            model: case.model.clone(),
+            load,
+            cells: case.cells.clone(),
+        };
+        case.solved(&[&law, &other], |_, u, _| u.to_vec())
+    };
+    let step = 1e-5;
+    let (plus, minus) = (changed(&case, step), changed(&case, -step));
+    case.solved(&[&law, &other], |solver, u, materials| {
+        let fields = solver.displacement_derivatives(u, materials, 0).unwrap();
+        let count = fields.len();
+        assert!(many.len() * 3 > count + 1 && count + 1 > 3);
+        for sensors in [&many[..], &many[..1]] {
+            let found = solver
+                .reading_derivatives(u, materials, 0, &[&sideways.forces], sensors)
+                .unwrap();
+            assert_eq!(found.shape(), (3 * sensors.len(), count + 1));
+            let size = found.amax();
+            for (row, value) in found.row_iter().enumerate() {
+                let (sensor, c) = (&sensors[row / 3].0, row % 3);
+                for (field, value) in fields.iter().zip(value.iter()) {
+                    assert!((sensor.read(field)[c] - value).abs() < 1e-6 * size);
+                }
+                let quotient = (sensor.read(&plus) - sensor.read(&minus))[c] / (2.0 * step);
+                assert!(quotient.abs() > 1e-6 && (quotient - value[count]).abs() < 1e-5 * size);
+            }
+        }
+    });
+}
+
+/// A route through loads that are not in proportion ends where each load alone leads, and in proportion it is the curve.
+#[test]
+fn a_route_of_loads_meets_the_equilibria_of_each() {
+    let size = Vec3::new(12.0, 10.0, 12.0);
+    let case = Case::new(
+        VolumeMesh::cuboid(size, [2, 2, 2], false),
+        VolumetricStrain::Shared,
+    );
+    let law = hardening_law(0.15, 0.45);
+    let materials = Materials {
+        laws: &[&law, &law],
+        cell_of_point: &case.cells,
+    };
+    let options = Options {
+        tolerance: 1e-12,
+        ..Options::default()
+    };
+    let mut solver = Solver::new(&case.model).unwrap();
+    solver.start(&materials).unwrap();
+    let straight: Vec<Vec<Vec3>> = [0.3, 1.0]
+        .iter()
+        .map(|t| case.load.forces.iter().map(|f| f * *t).collect())
+        .collect();
+    let route = solver.route(&materials, &straight, &options, &|| false);
+    let curve = solver.curve(&materials, &case.load, &[0.3, 1.0], &options, &|| false);
+    assert_eq!((route.stop, route.reached), (Stop::Converged, 2.0));
+    let bent = [straight[0].clone(), {
+        let turned = straight[1].iter().map(|f| Vec3::new(f.y, f.x, 0.8 * f.z));
+        turned.collect()
+    }];
+    let found = solver.route(&materials, &bent, &options, &|| false);
+    let alone = solver.route(&materials, &bent[1..], &options, &|| false);
+    let gap = |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    for (a, b) in route.levels.iter().zip(&curve.levels) {
+        assert!(gap(a, b) < 1e-10);
+    }
+    assert!(gap(&found.levels[1], &alone.levels[0]) < 1e-9);
+    assert!(gap(&found.levels[1], &curve.levels[1]) > 0.1);
 }

@@ -1,0 +1,4 @@
+//! Fits of materials to measurements.
+
+mod probe;
+mod twin;
