@@ -2,8 +2,11 @@
 //!
 //! ```text
 //! linear law at small strain → homogeneous law → [ strains met → centres → all presses at once ] × rounds
-//!                                              → [ tangential forces → all presses at once ] × up to three
+//!                                              → centres move with the moduli → to the end
 //! ```
+//!
+//! Tangential forces under the probe are estimated after the homogeneous law and after the rounds, each time in turns with
+//! fits, and are kept if the markers elsewhere are better for them.
 //!
 //! Each arrow but the first is a Levenberg–Marquardt minimisation of [`super::problem`]; a step to a law that the specimen does
 //! not stand is refused and shortened. A fit of rounds ends when the centres stay where they are. Source: Bickel 2010, 8.3.
@@ -12,7 +15,7 @@ use super::centres::{moved, strains_met, with_centres, with_range};
 use super::coordinates::Coordinates;
 use super::errors::{Errors, errors};
 use super::press::{Bench, Failure, Levels};
-use super::problem::ProbeProblem;
+use super::problem::{CentresMove, ProbeProblem, free_centres};
 use super::spread::{self, Final, PressCurve, Spread};
 use super::start::{RATIOS, Symmetry, standing, young};
 use super::tangential;
@@ -30,6 +33,8 @@ pub struct ProbeOptions {
     pub rounds: usize,
     /// Most Levenberg–Marquardt steps of a round. Default 40.
     pub iterations: usize,
+    /// Whether the centres move with the moduli after the rounds. Default true.
+    pub moves_centres: bool,
     /// Whether tangential forces under the probe are estimated where markers tell them. Default true.
     pub tangential: bool,
     /// Refits of the bootstrap; 0 for none. Default 0.
@@ -44,6 +49,7 @@ impl Default for ProbeOptions {
             centres: None,
             rounds: 6,
             iterations: 40,
+            moves_centres: true,
             tangential: true,
             bootstrap: 0,
             seed: 1,
@@ -142,7 +148,8 @@ pub enum Tangential {
     Used {
         /// Presses that they were estimated for, and their forces.
         forces: Vec<(String, Vec<Vec3>)>,
-        /// Root mean square of the scaled residuals of the markers that are not under a probe, before and after.
+        /// Root mean square of the scaled residuals of the markers that are not under a probe, without these forces and
+        /// with them.
         elsewhere: [f64; 2],
     },
 }
@@ -209,13 +216,21 @@ fn rms(x: &[f64]) -> f64 {
 }
 
 /// Cost falls by less than this part: a round ends.
-const ROUND_TOLERANCE: f64 = 1e-4;
+const ROUND_TOLERANCE: f64 = 1e-3;
+/// The same where the centres move, which is slow near the end and worth little there.
+const MOVE_TOLERANCE: f64 = 1e-2;
 /// The same for the last minimisation.
 const LAST_TOLERANCE: f64 = 1e-7;
 /// Centres that move by less than this share of their reach have settled.
 const SETTLED: f64 = 0.02;
 /// A homogeneous fit that leaves more than this share of the displacements ended badly, as does one at a bound.
 const BAD: f64 = 0.5;
+/// A residual that falls to more than this share of what it was has not changed.
+const NEWS: f64 = 0.99;
+/// The same for rounds.
+const ROUND_NEWS: f64 = 0.9;
+/// Most estimates of the tangential forces, each with a fit.
+const ALTERNATIONS: usize = 3;
 /// Relative noise that is expected before there is a fit.
 const FIRST_NOISE: f64 = 0.02;
 /// Residuals below this share of the displacements are the solver's own.
@@ -256,8 +271,10 @@ pub fn fit(
     };
     let (homogeneous, starts) = fitter.homogeneous(bench)?;
     let first = homogeneous.law.clone();
+    let homogeneous = fitter.alternate(bench, homogeneous)?;
     let (found, has_settled) = fitter.rounds(bench, homogeneous)?;
     let (found, tangential) = fitter.tangential(bench, found)?;
+    let found = fitter.moved(bench, found)?;
     let found = fitter.last(bench, found)?;
     fitter.outcome(bench, found, first, (starts, has_settled, tangential), began)
 }
@@ -324,11 +341,18 @@ impl Fitter<'_> {
         law: &Law,
         noise: f64,
         tolerance: f64,
+        centres: CentresMove,
         stage: &str,
     ) -> Result<Option<Descent>, ProbeError> {
         let coordinates = self.symmetry.coordinates;
-        let start = coordinates.read(law);
-        let bounds = coordinates.bounds(&start);
+        let mut start = coordinates.read(law);
+        let values = start.len();
+        let mut bounds = coordinates.bounds(&start);
+        if centres == CentresMove::Yes {
+            start.extend(free_centres(law));
+            // Strains beyond twice the material's own size are none that a press makes.
+            bounds.resize(start.len(), (-2.0, 2.0));
+        }
         let least = LEAST_NOISE * self.size;
         let options = least_squares::Options {
             max_iterations: self.options.iterations,
@@ -352,7 +376,7 @@ impl Fitter<'_> {
             &self.which,
             law,
             coordinates,
-            noise.max(least),
+            (noise.max(least), centres),
             self.cancelled,
             &mut tell,
         );
@@ -369,7 +393,8 @@ impl Fitter<'_> {
         let Some((law, equilibria)) = problem.best.take() else {
             return Ok(None);
         };
-        let theta = outcome.parameters.clone();
+        let theta = outcome.parameters[..values].to_vec();
+        let outcome = without_centres(outcome, start.len() - values);
         let inside = |(t, (low, high)): (&f64, &(f64, f64))| *t > *low && *t < *high;
         let descent = Descent {
             free: theta.iter().zip(&bounds).map(inside).collect(),
@@ -413,7 +438,7 @@ impl Fitter<'_> {
                 n => format!("homogeneous, start {n}"),
             };
             let noise = FIRST_NOISE * self.size;
-            let found = self.descend(bench, &law, noise, ROUND_TOLERANCE, &stage)?;
+            let found = self.descend(bench, &law, noise, ROUND_TOLERANCE, CentresMove::No, &stage)?;
             if (self.cancelled)() && best.is_none() {
                 return found.map(|d| (d, starts)).ok_or(ProbeError::Cancelled);
             }
@@ -456,75 +481,125 @@ impl Fitter<'_> {
                 return Ok((best, true));
             }
             let stage = format!("round {round}");
-            let Some(found) = self.descend(bench, &placed, noise, ROUND_TOLERANCE, &stage)? else {
+            let Some(found) =
+                self.descend(bench, &placed, noise, ROUND_TOLERANCE, CentresMove::No, &stage)?
+            else {
                 return Ok((best, false));
             };
             noise = found.scaled_rms().min(noise);
+            // Other centres were no better: more rounds would go round in circles.
+            let is_no_news = round > 1 && found.scaled_rms() > ROUND_NEWS * best.scaled_rms();
             current = found.law.clone();
             equilibria.clone_from(&found.equilibria);
             if found.scaled_rms() < best.scaled_rms() {
                 best = found;
             }
+            if is_no_news {
+                return Ok((best, true));
+            }
         }
         Ok((best, false))
     }
 
+    /// Lets the centres move with the moduli; what was found stays where that is no better.
+    fn moved(&mut self, bench: &Bench, found: Descent) -> Result<Descent, ProbeError> {
+        if !self.options.moves_centres || (self.cancelled)() || free_centres(&found.law).is_empty() {
+            return Ok(found);
+        }
+        let noise = found.scaled_rms();
+        let stage = "centres move";
+        let better = self.descend(bench, &found.law, noise, MOVE_TOLERANCE, CentresMove::Yes, stage)?;
+        let better = better.filter(|b| b.scaled_rms() < found.scaled_rms());
+        Ok(better.unwrap_or(found))
+    }
+
+    /// Which of the presses tell their tangential forces; none if they are not asked for.
+    fn told(&self, bench: &Bench) -> Vec<bool> {
+        let told = |&k: &usize| self.options.tangential && tangential::is_told(&bench.presses[k]);
+        self.which.iter().map(told).collect()
+    }
+
     /// Estimates the forces under the probe and fits again, as long as the markers elsewhere are better for it.
-    fn tangential(&mut self, bench: &mut Bench, found: Descent) -> Result<(Descent, Tangential), ProbeError> {
-        if !self.options.tangential {
-            return Ok((found, Tangential::Off));
-        }
-        let told: Vec<bool> = self
-            .which
-            .iter()
-            .map(|&k| tangential::is_told(&bench.presses[k]))
-            .collect();
-        if !told.contains(&true) {
-            return Ok((found, Tangential::Untold));
-        }
-        let before = elsewhere(bench, &self.which, &found.equilibria);
-        let (mut best, mut least) = (found, before);
-        for attempt in 1..=3 {
-            if (self.cancelled)() {
+    fn alternate(&mut self, bench: &mut Bench, found: Descent) -> Result<Descent, ProbeError> {
+        let told = self.told(bench);
+        let mut least = elsewhere(bench, &self.which, &found.equilibria);
+        let mut best = found;
+        for attempt in 1..=ALTERNATIONS {
+            if (self.cancelled)() || !told.contains(&true) {
                 break;
             }
             let forces = tangential::estimate(bench, &best.law, &self.which, &best.equilibria)?;
-            let held: Vec<Vec<Vec3>> = self
-                .which
-                .iter()
-                .map(|&k| bench.presses[k].tangential.clone())
-                .collect();
+            let held = self.held(bench);
             for ((&k, forces), told) in self.which.iter().zip(forces).zip(&told) {
                 if *told {
                     bench.presses[k].tangential = forces;
                 }
             }
             let stage = format!("tangential forces, {attempt}");
-            let noise = best.scaled_rms();
-            let better = self.descend(bench, &best.law, noise, ROUND_TOLERANCE, &stage)?;
+            let noise = best.scaled_rms().min(FIRST_NOISE * self.size);
+            let tolerance = ROUND_TOLERANCE;
+            let better = self.descend(bench, &best.law, noise, tolerance, CentresMove::No, &stage)?;
             let after = better
                 .as_ref()
                 .map(|d| elsewhere(bench, &self.which, &d.equilibria));
             match (better, after) {
-                // A hundredth of the residual is no news.
-                (Some(better), Some(after)) if after < 0.99 * least => (best, least) = (better, after),
+                (Some(better), Some(after)) if after < NEWS * least => (best, least) = (better, after),
                 _ => {
-                    for (&k, old) in self.which.iter().zip(held) {
-                        bench.presses[k].tangential = old;
-                    }
+                    self.put_back(bench, held);
                     break;
                 }
             }
         }
-        if least >= before {
-            return Ok((best, Tangential::Dropped));
+        Ok(best)
+    }
+
+    /// The tangential forces as they are.
+    fn held(&self, bench: &Bench) -> Vec<Vec<Vec3>> {
+        let of = |&k: &usize| bench.presses[k].tangential.clone();
+        self.which.iter().map(of).collect()
+    }
+
+    fn put_back(&self, bench: &mut Bench, forces: Vec<Vec<Vec3>>) {
+        for (&k, forces) in self.which.iter().zip(forces) {
+            bench.presses[k].tangential = forces;
         }
+    }
+
+    /// Keeps the tangential forces if the markers elsewhere are better for them than for none.
+    fn tangential(&mut self, bench: &mut Bench, found: Descent) -> Result<(Descent, Tangential), ProbeError> {
+        if !self.options.tangential {
+            return Ok((found, Tangential::Off));
+        }
+        let told = self.told(bench);
+        if !told.contains(&true) {
+            return Ok((found, Tangential::Untold));
+        }
+        let found = self.alternate(bench, found)?;
+        let held = self.held(bench);
+        if held.iter().flatten().all(|t| *t == Vec3::zeros()) {
+            return Ok((found, Tangential::Dropped));
+        }
+        let with = elsewhere(bench, &self.which, &found.equilibria);
+        let none = held.iter().map(|t| vec![Vec3::zeros(); t.len()]).collect();
+        self.put_back(bench, none);
+        let stage = "without tangential forces";
+        let noise = found.scaled_rms();
+        let plain = self.descend(bench, &found.law, noise, ROUND_TOLERANCE, CentresMove::No, stage)?;
+        let without = plain
+            .as_ref()
+            .map_or(f64::INFINITY, |p| elsewhere(bench, &self.which, &p.equilibria));
+        if let Some(plain) = plain.filter(|_| with > NEWS * without) {
+            return Ok((plain, Tangential::Dropped));
+        }
+        self.put_back(bench, held);
         let forces = self.which.iter().zip(&told).filter(|(_, told)| **told);
-        let forces = forces
-            .map(|(&k, _)| (bench.presses[k].name.clone(), bench.presses[k].tangential.clone()))
-            .collect();
-        let elsewhere = [before, least];
-        Ok((best, Tangential::Used { forces, elsewhere }))
+        let named = |(&k, _): (&usize, &bool)| {
+            let press = &bench.presses[k];
+            (press.name.clone(), press.tangential.clone())
+        };
+        let forces = forces.map(named).collect();
+        let elsewhere = [without, with];
+        Ok((found, Tangential::Used { forces, elsewhere }))
     }
 
     /// The last minimisation, to the end.
@@ -533,7 +608,7 @@ impl Fitter<'_> {
             return Ok(found);
         }
         let noise = found.scaled_rms();
-        let last = self.descend(bench, &found.law, noise, LAST_TOLERANCE, "last")?;
+        let last = self.descend(bench, &found.law, noise, LAST_TOLERANCE, CentresMove::No, "last")?;
         Ok(last
             .filter(|l| l.scaled_rms() <= found.scaled_rms() * 1.001)
             .unwrap_or(found))
@@ -608,6 +683,18 @@ impl Fitter<'_> {
             rounds: self.rounds,
             seconds: began.elapsed().as_secs_f64(),
         })
+    }
+}
+
+/// The outcome of the moduli alone: without the last `moved` parameters and the rows that tie them.
+fn without_centres(outcome: least_squares::Outcome, moved: usize) -> least_squares::Outcome {
+    let (rows, columns) = outcome.jacobian.shape();
+    let mut residual = outcome.residual;
+    residual.truncate(rows - moved);
+    least_squares::Outcome {
+        jacobian: outcome.jacobian.resize(rows - moved, columns - moved, 0.0),
+        residual,
+        ..outcome
     }
 }
 
