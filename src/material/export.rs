@@ -122,7 +122,7 @@ impl ExportedMaterial {
         text.push_str("<febio_spec version=\"4.0\">\n  <Material>\n");
         text.push_str(&format!(
             "    <material id=\"1\" name=\"{}\" type=\"{kind}\">\n",
-            self.id
+            plain(&self.id)
         ));
         text.push_str(&format!("      <density>{}</density>\n", number(self.density())));
         for (name, value) in numbers {
@@ -144,9 +144,16 @@ fn one_line(text: &str) -> String {
         .collect()
 }
 
+/// A name of letters, digits and hyphens, whatever an unsound record says.
+fn plain(id: &str) -> String {
+    id.chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+        .collect()
+}
+
 /// Keyword names are in capitals and begin with a letter.
 fn keyword_name(id: &str) -> String {
-    format!("M_{}", id.to_uppercase().replace('-', "_"))
+    format!("M_{}", plain(id).to_uppercase().replace('-', "_"))
 }
 
 /// The shortest text that reads as the same number, with a point or an exponent as keywords want.

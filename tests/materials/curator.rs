@@ -422,10 +422,14 @@ fn export_is_exact_or_says_how_near() {
     ]);
     assert_eq!(value["exact"], false);
     let errors = value["errors"].as_array().unwrap();
-    assert!(
-        errors.iter().all(|e| e["relative_rms"].as_f64().unwrap() <= 0.05),
-        "{errors:?}"
-    );
+    // Shear was not measured: it is told, and does not count.
+    for e in errors {
+        let fitted = e["test"] != "simple-shear";
+        assert!(
+            e["fitted"] == fitted && (!fitted || e["relative_rms"].as_f64().unwrap() <= 0.05),
+            "{errors:?}"
+        );
+    }
     let (code, _, err) = pliant(&[
         "db",
         "export",
