@@ -229,16 +229,20 @@ fn report(presses: &[Press], errors: &[LevelError], file: &Path, seconds: f64) {
         }
     }
     for e in errors {
+        let probe = match (e.probe_mm, e.relative_at_probe()) {
+            (Some([fine, own]), Some(share)) => format!(
+                "; probe {fine:.3} mm, homogeneous {own:.3} mm ({:.1} %)",
+                100.0 * share
+            ),
+            _ => String::new(),
+        };
         say(&format!(
-            "  {:16} {:6.2} N: markers off by {:.3} mm RMS ({:.1} %), {:.3} mm at most; probe {:.3} mm, homogeneous {:.3} mm ({:.1} %)",
+            "  {:16} {:6.2} N: markers off by {:.3} mm RMS ({:.1} %), {:.3} mm at most{probe}",
             e.probe,
             e.force_n,
             e.rms_mm,
             100.0 * e.relative(),
-            e.largest_mm,
-            e.probe_mm[0],
-            e.probe_mm[1],
-            100.0 * e.relative_at_probe()
+            e.largest_mm
         ));
     }
     say(&format!("  wrote {} after {seconds:.1} s", file.display()));

@@ -1,11 +1,12 @@
 //! Finished presses on disk, so that a run that was broken off goes on where it was.
 //!
-//! Each press is a JSON file in a folder of the laboratory beside the set to come, with a checksum of everything that it
+//! Each press is a TOML file in a folder of the laboratory beside the set to come, with a checksum of everything that it
 //! depends on: structure, base material, supports, markers, the press itself, this program's version. What has another checksum
 //! is computed again.
 
 use super::bench::{Laboratory, Probe};
 use super::measure::Press;
+use super::set::fixed;
 use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -34,7 +35,7 @@ impl Aside {
             env!("CARGO_PKG_VERSION"),
             laboratory.words,
             laboratory.base.law,
-            laboratory.fixed,
+            laboratory.fixed.iter().map(fixed).collect::<String>(),
             laboratory.markers,
             fine.size,
             fine.fill,
@@ -52,13 +53,13 @@ impl Aside {
     }
 
     fn file(&self, probe: &Probe) -> PathBuf {
-        self.folder.join(format!("{}.json", probe.name))
+        self.folder.join(format!("{}.toml", probe.name))
     }
 
     /// The press of `probe`, if it was finished before and nothing that it depends on has changed.
     pub fn find(&self, probe: &Probe) -> Option<Press> {
-        let bytes = std::fs::read(self.file(probe)).ok()?;
-        let kept: Kept = serde_json::from_slice(&bytes).ok()?;
+        let text = std::fs::read_to_string(self.file(probe)).ok()?;
+        let kept: Kept = toml::from_str(&text).ok()?;
         (kept.sha256 == self.sum(probe)).then_some(kept.press)
     }
 
@@ -71,7 +72,9 @@ impl Aside {
             sha256: self.sum(probe),
             press: press.clone(),
         };
-        replace_file(&self.file(probe), &serde_json::to_vec(&kept)?)
+        // TOML, since numbers come back from it as they were, to the last bit.
+        let text = toml::to_string(&kept).map_err(io::Error::other)?;
+        replace_file(&self.file(probe), text.as_bytes())
     }
 
     /// Takes the folder away, once the set is written. Best effort: what is left is only in the way of nothing.

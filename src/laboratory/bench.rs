@@ -256,10 +256,8 @@ fn base(document: &Document, text: &Spanned<BaseText>, database: &Path) -> Resul
                 return Err(document.mistake(&density.span(), message));
             }
             let read = written.law();
-            let own = document.text.get(span.clone()).unwrap_or_default();
-            let words = own.split_whitespace().collect::<Vec<_>>().join(" ");
             Ok(Base {
-                words,
+                words: words_of(document, span.start),
                 law: read.map_err(|e| document.mistake(&e.span.clone().unwrap_or(span), e.to_string()))?,
                 density_g_per_cm3,
             })
@@ -269,6 +267,24 @@ fn base(document: &Document, text: &Spanned<BaseText>, database: &Path) -> Resul
             Err(document.mistake(&text.span(), message))
         }
     }
+}
+
+/// What the file says of a law from `start` on: the keys of its table, or its inline table.
+fn words_of(document: &Document, start: usize) -> String {
+    let mut words: Vec<&str> = Vec::new();
+    for (index, line) in document.text.get(start..).unwrap_or_default().lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if index == 0 && line.starts_with('{') {
+            return line.to_string();
+        }
+        if index > 0 && line.starts_with('[') {
+            break;
+        }
+        if index > 0 && !line.is_empty() {
+            words.push(line);
+        }
+    }
+    words.join(", ")
 }
 
 fn structure(document: &Document, text: &LaboratoryText) -> Result<(String, Fine), Mistake> {

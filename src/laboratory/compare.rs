@@ -12,7 +12,8 @@
 
 use super::measure::Press;
 use crate::fem::equilibrium::{Load, Options, Solver};
-use crate::fem::measurement_set::MeasurementSet;
+use crate::fem::example::Sensor;
+use crate::fem::measurement_set::{Experiment, MeasurementSet};
 use crate::fem::specimen::{Specimen, SpecimenError};
 use crate::material::law::Law;
 use crate::math::Vec3;
@@ -41,10 +42,11 @@ pub struct LevelError {
     pub rms_mm: f64,
     /// The largest of these distances \[mm\].
     pub largest_mm: f64,
-    /// RMS displacement of the fine structure's markers \[mm\].
+    /// RMS displacement of the set's markers \[mm\].
     pub moved_rms_mm: f64,
-    /// Displacement under the probe along its direction: of the fine structure, of the homogeneous block \[mm\].
-    pub probe_mm: [f64; 2],
+    /// Displacement under the probe along its direction: of the fine structure, of the homogeneous block \[mm\]. `None` where the
+    /// set alone is known.
+    pub probe_mm: Option<[f64; 2]>,
 }
 
 impl LevelError {
@@ -54,13 +56,14 @@ impl LevelError {
     }
 
     /// e_p.
-    pub fn relative_at_probe(&self) -> f64 {
-        ((self.probe_mm[1] - self.probe_mm[0]) / self.probe_mm[0]).abs()
+    pub fn relative_at_probe(&self) -> Option<f64> {
+        self.probe_mm.map(|[fine, own]| ((own - fine) / fine).abs())
     }
 }
 
-/// Presses the set's block of `law`, its axis as in the specimen, and compares with the `presses` of the fine structure. Levels that
-/// the homogeneous block does not reach are left out.
+/// Presses the set's block of `law`, its axis as in the specimen, and compares: markers with the set's, displacements under the probe
+/// with those of the `presses` of the fine structure, as far as these are at hand. Levels that the homogeneous block does not reach
+/// are left out.
 ///
 /// # Errors
 /// [`CompareError`].
@@ -77,9 +80,6 @@ pub fn compare(
     solver.start(&materials)?;
     let mut errors = Vec::new();
     for (experiment, wired) in set.experiments.iter().zip(&specimen.experiments) {
-        let Some(press) = presses.iter().find(|p| p.name == experiment.name) else {
-            continue;
-        };
         let full = experiment.forces.last().copied().unwrap_or_else(Vec3::zeros);
         let load = Load {
             forces: wired.shares.iter().map(|s| full * *s).collect(),
@@ -87,30 +87,42 @@ pub fn compare(
         };
         let factors: Vec<f64> = experiment.forces.iter().map(|f| f.norm() / full.norm()).collect();
         let curve = solver.curve(&materials, &load, &factors, options, &|| false);
+        let press = presses.iter().find(|p| p.name == experiment.name);
         for (level, u) in curve.levels.iter().enumerate() {
-            let Some((moved, under)) = press.markers_mm.get(level).zip(press.probe_mm.get(level)) else {
-                break;
-            };
-            let (mut sum, mut own, mut largest) = (0.0, 0.0, 0.0_f64);
-            for (sensor, moved) in wired.sensors.iter().zip(moved) {
-                let fine = Vec3::from(*moved);
-                let off = (sensor.read(u) - fine).norm();
-                sum += off * off;
-                own += fine.norm_squared();
-                largest = largest.max(off);
-            }
-            let count = moved.len().max(1) as f64;
             let mean: Vec3 = u.iter().zip(&wired.shares).map(|(u, s)| u * *s).sum();
             let along = |v: &Vec3| v.dot(&experiment.contact.direction);
-            errors.push(LevelError {
-                probe: experiment.name.clone(),
-                force_n: experiment.forces[level].norm(),
-                rms_mm: (sum / count).sqrt(),
-                largest_mm: largest,
-                moved_rms_mm: (own / count).sqrt(),
-                probe_mm: [along(&Vec3::from(*under)), along(&mean)],
-            });
+            let under = press.and_then(|p| p.probe_mm.get(level));
+            let mut error = at_markers(experiment, &wired.sensors, level, u);
+            error.probe_mm = under.map(|fine| [along(&Vec3::from(*fine)), along(&mean)]);
+            errors.push(error);
         }
     }
     Ok(errors)
+}
+
+/// The markers of a press at a level, of which each measured direction counts.
+fn at_markers(experiment: &Experiment, sensors: &[Sensor], level: usize, u: &[Vec3]) -> LevelError {
+    let (mut sum, mut own, mut largest, mut count) = (0.0, 0.0, 0.0_f64, 0.0);
+    for (point, sensor) in experiment.points.iter().zip(sensors) {
+        let moved = sensor.read(u);
+        let (mut off, mut seen) = (0.0, false);
+        for (direction, measured) in point.directions.iter().zip(&point.displacements_mm[level]) {
+            if let Some(measured) = measured {
+                off += (direction.dot(&moved) - measured).powi(2);
+                own += measured * measured;
+                seen = true;
+            }
+        }
+        sum += off;
+        largest = largest.max(off.sqrt());
+        count += f64::from(u8::from(seen));
+    }
+    LevelError {
+        probe: experiment.name.clone(),
+        force_n: experiment.forces[level].norm(),
+        rms_mm: (sum / count).sqrt(),
+        largest_mm: largest,
+        moved_rms_mm: (own / count).sqrt(),
+        probe_mm: None,
+    }
 }

@@ -78,7 +78,7 @@ fn origin(laboratory: &Laboratory) -> String {
 }
 
 /// A support as TOML.
-fn fixed(own: &FixedText) -> String {
+pub(super) fn fixed(own: &FixedText) -> String {
     let mut out = String::from("[[fixed]]\n");
     if let Some(face) = &own.face {
         let _ = writeln!(out, "face = {:?}", face.get_ref());

@@ -1,6 +1,7 @@
 //! The shipped database: every record is sound, and comes out of its coupon file again.
 
 mod commands;
+mod curator;
 mod versions;
 mod writers;
 
