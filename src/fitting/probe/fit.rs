@@ -33,6 +33,9 @@ pub struct ProbeOptions {
     pub iterations: usize,
     /// Whether the centres move with the moduli after the rounds. Default true.
     pub moves_centres: bool,
+    /// Moving centres end when a step lowers the cost by less than this part: they creep near the end, for little gain.
+    /// Default 0.005.
+    pub move_tolerance: f64,
     /// Whether tangential forces under the probe are estimated where markers tell them. Default true.
     pub tangential: bool,
     /// Refits of the bootstrap; 0 for none. Default 0.
@@ -48,6 +51,7 @@ impl Default for ProbeOptions {
             rounds: 6,
             iterations: 40,
             moves_centres: true,
+            move_tolerance: 5e-3,
             tangential: true,
             bootstrap: 0,
             seed: 1,

@@ -37,8 +37,6 @@ fn rms(x: &[f64]) -> f64 {
 
 /// Cost falls by less than this part: a round ends.
 const ROUND_TOLERANCE: f64 = 1e-3;
-/// The same where the centres move, which is slow near the end and worth little there.
-const MOVE_TOLERANCE: f64 = 1e-2;
 /// The same for the last minimisation.
 const LAST_TOLERANCE: f64 = 1e-7;
 /// Centres that move by less than this share of their reach have settled.
@@ -273,7 +271,8 @@ impl Fitter<'_> {
         }
         let noise = found.scaled_rms();
         let stage = "centres move";
-        let better = self.descend(bench, &found.law, noise, MOVE_TOLERANCE, CentresMove::Yes, stage)?;
+        let tolerance = self.options.move_tolerance;
+        let better = self.descend(bench, &found.law, noise, tolerance, CentresMove::Yes, stage)?;
         let better = better.filter(|b| b.scaled_rms() < found.scaled_rms());
         Ok(better.unwrap_or(found))
     }
