@@ -85,6 +85,7 @@ fn twin_by_hand() {
         tangential: number("TANGENTIAL", 0.0) > 0.0,
         centres: (centres > 0).then_some(centres),
         moves_centres: number("MOVES", 1.0) > 0.0,
+        move_tolerance: number("CREEP", 5e-3),
         rounds: number("ROUNDS", 6.0) as usize,
         ..ProbeOptions::default()
     };
