@@ -4,6 +4,7 @@ use super::commands::pliant;
 use super::{database, text_of};
 use pliant::material::check::check;
 use pliant::material::database::Database;
+use pliant::material::difference::Difference;
 use pliant::material::homogeneous::{uniaxial, uniaxial_by_parameters};
 use pliant::material::hyperelastic::{FoamTerm, Form, Hyperelastic};
 use pliant::material::law::Law;
@@ -447,9 +448,13 @@ fn export_is_exact_or_says_how_near() {
     let (code, out, _) = export("leap-foam", &["json", "--out", &file.to_string_lossy()]);
     assert!(code == 0 && out.contains("wrote"), "{out}");
     let value: MaterialRecord = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    let database = Database::open(folder.path()).unwrap();
+    // Read by serde_json, which may miss the last bit of a long number.
+    let difference = Difference::between(database.find("leap-foam").unwrap(), &value);
+    assert!(difference.is_empty(), "{difference:?}");
     assert_eq!(
-        &value,
-        Database::open(folder.path()).unwrap().find("leap-foam").unwrap()
+        value.checks.len(),
+        database.find("leap-foam").unwrap().checks.len()
     );
     for wrong in ["0", "-3 %", "101 %", "few"] {
         assert_eq!(

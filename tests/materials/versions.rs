@@ -523,7 +523,7 @@ fn designs_and_scenes_name_versions() {
         )
     };
     let scene = format!(
-        "schema = 1\n[mesh]\nunit = \"mm\"\nnodes_mm = [{}]\nhexahedra = [[0,1,2,3,4,5,6,7], [8,9,10,11,12,13,14,15]]\n\
+        "schema = 1\n[mesh]\nnodes_mm = [{}]\nhexahedra = [[0,1,2,3,4,5,6,7], [8,9,10,11,12,13,14,15]]\n\
          [[set]]\nname = \"top\"\nbox_mm = [[-1, -1, 9.9], [31, 11, 10.1]]\n{}{}{}\
          [[load]]\nname = \"press\"\n[[load.move]]\nset = \"top\"\ndisplacement_mm = {{ z = -1 }}\n",
         nodes.join(", "),
