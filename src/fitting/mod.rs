@@ -5,8 +5,7 @@
 //! them, [`coupon`] fits a law: one whose moduli depend on strain ([`coupon_rbf`]; Bickel 2010, section 8.2, with
 //! homogeneous strain in place of a finite-element probe) or one with an energy of the stretches ([`hyperelastic`]).
 //! [`coupon_uncertainty`] and [`bootstrap`] say how well the tests determine it, [`compare`] which law to trust where.
-//! [`probe`] fits to presses of a whole specimen by finite elements, [`tubes`] estimates blocks with parallel tubes that
-//! nobody has measured, [`record`] puts all together into a material
+//! [`probe`] fits to presses of a whole specimen by finite elements, [`record`] puts all together into a material
 //! record.
 
 pub mod bootstrap;
@@ -20,4 +19,3 @@ pub mod curve;
 pub mod hyperelastic;
 pub mod probe;
 pub mod record;
-pub mod tubes;
