@@ -44,6 +44,12 @@ pub fn run(arguments: &Arguments, path: &Path) -> miette::Result<(Answer, Value)
             path.display()
         ));
     }
+    if arguments.page.is_some() {
+        warn(&format!(
+            "warning: {}: --page is for coupon files; --plots writes the page of a measurement set",
+            path.display()
+        ));
+    }
     let set = MeasurementSet::open(path).into_diagnostic()?;
     for oddity in oddities(&set) {
         if oddity.is_fatal {

@@ -139,12 +139,20 @@ fn palette(
                     );
                     return Err(document.mistake(&id.span(), message));
                 }
-                if chosen.iter().any(|r: &MaterialRecord| r.id == record.id) {
+                let same = |r: &MaterialRecord| {
+                    let base = r.id.split('@').next().unwrap_or_default();
+                    (base, r.version) == (record.id.as_str(), record.version)
+                };
+                if chosen.iter().any(same) {
                     return Err(
                         document.mistake(&id.span(), format!("material {:?} stands twice", id.get_ref()))
                     );
                 }
-                chosen.push(record.clone());
+                // As the goal names it: two versions of one record are two materials.
+                chosen.push(MaterialRecord {
+                    id: id.get_ref().clone(),
+                    ..record.clone()
+                });
             }
         }
         None => chosen.extend(filtered(document, text, database, synthetic)?),

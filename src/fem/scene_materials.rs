@@ -92,7 +92,8 @@ impl<'a> Shelf<'a> {
         };
         let record = database.find(id.get_ref()).map_err(|e| fail(e.to_string()))?;
         Ok(SceneMaterial {
-            id: record.id.clone(),
+            // As the scene names it: two versions of one record are two materials.
+            id: id.get_ref().clone(),
             law: record.law().map_err(|e| fail(e.to_string()))?,
             density: Some(record.density_g_per_cm3 * GRAM_PER_CM3),
             from_database: true,

@@ -18,6 +18,7 @@ use super::equilibrium::Solver;
 use super::example::Sensor;
 use super::forces::{self, Materials};
 use super::response;
+use crate::material::law::Law;
 use crate::math::Vec3;
 use crate::math::mandel::Mandel;
 use crate::math::polar_lanes::ZERO;
@@ -26,8 +27,8 @@ use nalgebra::DMatrix;
 
 /// Residual of the linear systems, as a share of their right-hand sides.
 const TOLERANCE: f64 = 1e-12;
-/// The same for readings, which fits ask for by the thousand: far below what an equilibrium's own tolerance leaves.
-const READING_TOLERANCE: f64 = 1e-7;
+/// The same for readings, which fits ask for by the thousand and need less exactly.
+const READING_TOLERANCE: f64 = 1e-6;
 
 /// Why there are no derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,6 +48,9 @@ pub enum SensitivityError {
     },
 }
 
+/// Derivatives of a law's stress at fixed strain by numbers that it depends on.
+pub type Slopes<'a> = dyn Fn(&Law, &Mandel) -> Vec<Mandel> + Sync + 'a;
+
 impl Solver<'_> {
     /// Derivatives of the displacements at the equilibrium `u`, `(nodes)` \[mm\], with respect to each parameter of the law
     /// of `cell`, `(parameters × nodes)` \[mm per unit of the parameter\].
@@ -59,7 +63,7 @@ impl Solver<'_> {
         materials: &Materials,
         cell: usize,
     ) -> Result<Vec<Vec<Vec3>>, SensitivityError> {
-        let by_parameter = self.force_derivatives(u, materials, cell)?;
+        let by_parameter = self.force_derivatives(u, materials, cell, &Law::stress_by_parameters)?;
         self.tangent_at(u, materials)?;
         let mut derivatives = Vec::with_capacity(by_parameter.len());
         let mut right = vec![0.0; self.model.unknowns()];
@@ -96,15 +100,16 @@ impl Solver<'_> {
         self.model.spread(&right, &mut adjoint);
         (0..materials.laws.len())
             .map(|cell| {
-                let forces = self.force_derivatives(u, materials, cell)?;
+                let forces = self.force_derivatives(u, materials, cell, &Law::stress_by_parameters)?;
                 let product = |f: &Vec<Vec3>| -f.iter().zip(&adjoint).map(|(f, a)| f.dot(a)).sum::<f64>();
                 Ok(forces.iter().map(product).collect())
             })
             .collect()
     }
 
-    /// Derivatives of what sensors read at the equilibrium `u`, `(nodes)` \[mm\]: with respect to each parameter of the law of
-    /// `cell`, then to a multiple of each of the `loads`, `(components × (parameters + loads))`. A component is one
+    /// Derivatives of what sensors read at the equilibrium `u`, `(nodes)` \[mm\]: with respect to each number of the law of
+    /// `cell` by which `slopes` differentiates its stress at fixed strain ([`Law::stress_by_parameters`] for its parameters), then
+    /// to a multiple of each of the `loads`, `(components × (numbers + loads))`. A component is one
     /// direction of one sensor, in order. One solve a column or one a row, whichever is less.
     ///
     /// # Errors
@@ -114,10 +119,11 @@ impl Solver<'_> {
         u: &[Vec3],
         materials: &Materials,
         cell: usize,
+        slopes: &Slopes,
         loads: &[&[Vec3]],
         sensors: &[(Sensor, Vec<Vec3>)],
     ) -> Result<DMatrix<f64>, SensitivityError> {
-        let mut forces = self.force_derivatives(u, materials, cell)?;
+        let mut forces = self.force_derivatives(u, materials, cell, slopes)?;
         forces.iter_mut().flatten().for_each(|f| *f = -*f);
         forces.extend(loads.iter().map(|load| load.to_vec()));
         self.tangent_at(u, materials)?;
@@ -177,16 +183,17 @@ impl Solver<'_> {
         u: &[Vec3],
         materials: &Materials,
         cell: usize,
+        slopes: &Slopes,
     ) -> Result<Vec<Vec<Vec3>>, SensitivityError> {
         let cells = materials.laws.len();
         let law = materials
             .laws
             .get(cell)
             .ok_or(SensitivityError::NoSuchCell { cell, cells })?;
-        let mut forces = vec![vec![Vec3::zeros(); u.len()]; law.parameters().len()];
+        let mut forces = vec![vec![Vec3::zeros(); u.len()]; slopes(law, &Mandel::zeros()).len()];
         match &self.model.parts {
-            Discretisation::Eight(block) => add_derivatives(block, u, materials, cell, &mut forces),
-            Discretisation::Four(block) => add_derivatives(block, u, materials, cell, &mut forces),
+            Discretisation::Eight(block) => add_derivatives(block, u, materials, cell, slopes, &mut forces),
+            Discretisation::Four(block) => add_derivatives(block, u, materials, cell, slopes, &mut forces),
         }
         Ok(forces)
     }
@@ -197,6 +204,7 @@ fn add_derivatives<const N: usize>(
     u: &[Vec3],
     materials: &Materials,
     cell: usize,
+    slopes: &Slopes,
     forces: &mut [Vec<Vec3>],
 ) {
     let belongs = |q: u32| {
@@ -214,7 +222,7 @@ fn add_derivatives<const N: usize>(
         let mut states = response::strained(&f, &batch.weight, &laws, block.volumetric);
         let by_parameter: Vec<Vec<Mandel>> = (0..BATCH)
             .map(|l| match belongs(batch.points[l]) && batch.weight[l] > 0.0 {
-                true => laws.at(l).stress_by_parameters(&states[l].strain),
+                true => slopes(laws.at(l), &states[l].strain),
                 false => vec![Mandel::zeros(); forces.len()],
             })
             .collect();

@@ -243,17 +243,17 @@ fn volume_ratio(strain: &crate::math::mandel::Mandel) -> f64 {
 }
 
 /// Among the hyperelastic laws without faults that describe the data, the one with the fewest numbers whose AICc is
-/// within 10 of the best of them; else whichever law without faults has the least AICc.
+/// within 10 of the best of them; without any, the strain-dependent law if it has no faults and describes the data.
 fn most_trusted(rows: &[Row]) -> Option<usize> {
-    let sound = |r: &Row| r.faults.is_empty();
-    let energy = |r: &Row| r.fit.choice != LawChoice::Rbf && r.fit.relative_rms <= GOOD;
-    let good: Vec<usize> = (0..rows.len())
-        .filter(|&i| sound(&rows[i]) && energy(&rows[i]))
-        .collect();
-    let Some(&best) = good.first() else {
-        return (0..rows.len()).find(|&i| sound(&rows[i]));
+    let good = |r: &Row| r.faults.is_empty() && r.fit.relative_rms <= GOOD;
+    let (guess, energies): (Vec<usize>, Vec<usize>) = (0..rows.len())
+        .filter(|&i| good(&rows[i]))
+        .partition(|&i| rows[i].fit.choice == LawChoice::Rbf);
+    let Some(&best) = energies.first() else {
+        return guess.first().copied();
     };
-    good.into_iter()
+    energies
+        .into_iter()
         .filter(|&i| rows[i].aicc - rows[best].aicc <= 10.0)
         .min_by_key(|&i| rows[i].parameters)
 }
@@ -277,9 +277,11 @@ fn inside_words(rows: &[Row]) -> String {
 
 fn outside_words(rows: &[Row], outside: Option<usize>) -> String {
     let Some(chosen) = outside.and_then(|i| rows.get(i)) else {
-        return "outside the range trust none of them: each falls, loses its definite tangent or does not keep its volume \
-                before 1.5 times the range; measure further"
-            .into();
+        return format!(
+            "outside the range trust none of them: each falls, loses its definite tangent or does not keep its volume before \
+             {BEYOND} times the range, or misses the tests by more than {:.0} %; measure further",
+            100.0 * GOOD
+        );
     };
     let word = chosen.fit.choice.word();
     let mut words = if chosen.fit.choice == LawChoice::Rbf {

@@ -203,3 +203,28 @@ fn all_kinds_together_come_back() {
     let ratio = fitted.law.poisson_ratio_at_rest();
     assert!((ratio - 0.3).abs() < 0.02, "{ratio}");
 }
+
+/// A curve that begins at 30 %: the modulus at rest is what its tie says, those at the points are not.
+#[test]
+fn a_centre_without_data_is_not_determined() {
+    let law = known();
+    let mut test = measured(&law, TestKind::UniaxialCompression, -0.6, false);
+    test.curve.strain.drain(..25);
+    test.curve.stress.drain(..25);
+    // Half a percent of noise, so that there is an error to speak of.
+    for (i, p) in test.curve.stress.iter_mut().enumerate() {
+        *p *= 1.0 + 0.005 * if i % 2 == 0 { 1.0 } else { -1.0 };
+    }
+    let tests = [test];
+    let fitted = fit_rbf(&tests, Poisson::Assumed(0.3), 5).unwrap();
+    let known = crate::fitting::coupon_uncertainty::knowledge(&fitted, &tests);
+    let determined: Vec<bool> = known.numbers.iter().map(|n| n.determined).collect();
+    assert!(!determined[0], "{known:?}");
+    assert!(determined[1..].iter().all(|d| *d), "{known:?}");
+    // Two parameters a centre, ln μ and ln K, which an assumed Poisson's ratio ties to one another.
+    let n = known.covariance.len();
+    assert_eq!(n, 2 * known.numbers.len());
+    let last = known.numbers[n / 2 - 1].standard_error.unwrap();
+    assert!((known.covariance[n - 2][n - 2].sqrt() / last - 1.0).abs() < 1e-6);
+    assert!((known.covariance[n - 1][n - 2].sqrt() / last - 1.0).abs() < 1e-6);
+}

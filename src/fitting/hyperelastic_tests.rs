@@ -1,10 +1,10 @@
 //! Known hyperelastic laws, fitted back from their own curves.
 
-use super::super::coupon::tests::measured;
-use super::super::coupon::{CouponFit, fit};
-use super::super::coupon_file::TestKind;
-use super::super::coupon_uncertainty::knowledge;
 use super::*;
+use crate::fitting::coupon::tests::measured;
+use crate::fitting::coupon::{CouponFit, fit};
+use crate::fitting::coupon_file::TestKind;
+use crate::fitting::coupon_uncertainty::knowledge;
 
 fn law_of(form: Form) -> Law {
     Law::Hyperelastic(Hyperelastic::new(form).unwrap())

@@ -5,7 +5,8 @@
 //! them, [`coupon`] fits a law: one whose moduli depend on strain ([`coupon_rbf`]; Bickel 2010, section 8.2, with
 //! homogeneous strain in place of a finite-element probe) or one with an energy of the stretches ([`hyperelastic`]).
 //! [`coupon_uncertainty`] and [`bootstrap`] say how well the tests determine it, [`compare`] which law to trust where.
-//! [`probe`] fits to presses of a whole specimen by finite elements, [`record`] puts all together into a material
+//! [`stand_in`] finds the law that another program has, [`probe`] fits to presses of a whole specimen by finite elements,
+//! [`record`] puts all together into a material
 //! record.
 
 pub mod bootstrap;
@@ -19,3 +20,4 @@ pub mod curve;
 pub mod hyperelastic;
 pub mod probe;
 pub mod record;
+pub mod stand_in;

@@ -220,6 +220,40 @@ impl IsotropicRbf {
             .flat_map(|l| [by_shear * *l, by_bulk * *l])
             .collect()
     }
+
+    /// The same moduli at other centres, three invariants a centre.
+    ///
+    /// # Errors
+    /// A wrong count, or two centres at one point.
+    pub fn with_centres(&self, centres: &[f64]) -> Result<Self, LawError> {
+        expect_count(self.log_moduli.centres.len() * 3, centres.len())?;
+        if centres.is_empty() {
+            return Ok(self.clone());
+        }
+        let rows: Vec<[f64; 3]> = centres.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        let log_moduli = LinearRbf::interpolating(&rows, &self.values())?;
+        IsotropicRbf::from_weights(log_moduli, self.range)
+    }
+
+    /// ∂T/∂(invariant of a centre) at fixed strain and fixed moduli at the centres, in the order of
+    /// [`IsotropicRbf::with_centres`] \[MPa\].
+    pub fn stress_by_centres(&self, strain: &Mandel) -> Vec<Mandel> {
+        let Some(cardinal) = &self.cardinal else {
+            return Vec::new();
+        };
+        let dev = deviator(strain);
+        let q = self.range.nearest(&invariants_of(trace(strain), &dev));
+        let [shear, bulk] = self.log_moduli.value(&q).map(f64::exp);
+        let by_shear = dev * (2.0 * shear);
+        let by_bulk = Mandel::new(1.0, 1.0, 1.0, 0.0, 0.0, 0.0) * (bulk * trace(strain));
+        let slopes = self.log_moduli.value_by_centres(&q, cardinal);
+        slopes
+            .iter()
+            .flat_map(|[of_shear, of_bulk]| {
+                std::array::from_fn::<Mandel, 3, _>(|d| by_shear * of_shear[d] + by_bulk * of_bulk[d])
+            })
+            .collect()
+    }
 }
 
 /// Whether all numbers are logarithms of moduli.

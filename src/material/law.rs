@@ -404,6 +404,42 @@ impl Law {
             Law::Paper(law) => law.stress_by_values(strain),
         }
     }
+
+    /// Invariants of the centres, a centre after the other; empty for a law without centres, or of a form whose centres
+    /// are not moved.
+    pub fn centres(&self) -> Vec<f64> {
+        match self {
+            Law::Isotropic(law) => law.log_moduli().centres.iter().flatten().copied().collect(),
+            Law::TransverselyIsotropic(law) => law.parameters().centres.iter().flatten().copied().collect(),
+            Law::Hyperelastic(_) | Law::Energy(_) | Law::Paper(_) => Vec::new(),
+        }
+    }
+
+    /// The same parameters at other centres, in the order of [`Law::centres`].
+    ///
+    /// # Errors
+    /// A wrong count, or two centres at one point.
+    pub fn with_centres(&self, centres: &[f64]) -> Result<Law, LawError> {
+        Ok(match self {
+            Law::Isotropic(law) => Law::Isotropic(law.with_centres(centres)?),
+            Law::TransverselyIsotropic(law) => {
+                Law::TransverselyIsotropic(Box::new(law.with_centres(centres)?))
+            }
+            other => {
+                expect_count(0, centres.len())?;
+                other.clone()
+            }
+        })
+    }
+
+    /// ∂T/∂(invariant of a centre) at fixed strain and parameters \[MPa\], in the order of [`Law::centres`].
+    pub fn stress_by_centres(&self, strain: &Mandel) -> Vec<Mandel> {
+        match self {
+            Law::Isotropic(law) => law.stress_by_centres(strain),
+            Law::TransverselyIsotropic(law) => law.stress_by_centres(strain),
+            Law::Hyperelastic(_) | Law::Energy(_) | Law::Paper(_) => Vec::new(),
+        }
+    }
 }
 
 fn at_centres<'a>(names: &[(&str, &'static str)], rows: impl Iterator<Item = &'a [f64]>) -> Vec<Parameter> {

@@ -6,12 +6,15 @@
 //! [`energy`] have an energy; [`paper`] is the papers' form for comparison;
 //! [`law_text`] is a law as people write it; [`homogeneous`] answers the tests of a coupon; [`record`] is a material on disk,
 //! [`migrate`] reads and rewrites older schemas, [`check`] says whether to trust it, [`database`] is the folder of all, [`put`] writes
-//! to it, [`versions`] are the older ones, [`selection`] picks and sorts.
+//! to it, [`versions`] are the older ones, [`selection`] picks and sorts,
+//! [`difference`] says what changed, [`export`] writes laws for other programs.
 
 pub mod check;
 pub mod database;
+pub mod difference;
 pub mod energy;
 mod energy_fit;
+pub mod export;
 pub mod homogeneous;
 pub mod hyperelastic;
 pub mod isotropic;

@@ -71,6 +71,8 @@ impl Database {
     /// # Errors
     /// A record that can't be read or written. If one can't be read, none is rewritten.
     pub fn migrate(folder: &Path) -> Result<Vec<(PathBuf, Vec<Unknown>)>, DatabaseError> {
+        // A folder that is not there is answered here, with its hint, rather than by the lock.
+        Database::open(folder)?;
         let _lock = Lock::of(folder)?;
         let mut database = Database::open(folder)?;
         if let Some(error) = database.take_broken() {

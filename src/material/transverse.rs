@@ -429,6 +429,44 @@ impl TransverseRbf {
             .collect()
     }
 
+    /// The same moduli at other centres, four invariants a centre.
+    ///
+    /// # Errors
+    /// A wrong count, or two centres at one point.
+    pub fn with_centres(&self, centres: &[f64]) -> Result<Self, LawError> {
+        expect_count(self.parameters.centres.len() * 4, centres.len())?;
+        if centres.is_empty() {
+            return Ok(self.clone());
+        }
+        let rows: Vec<[f64; 4]> = centres
+            .chunks_exact(4)
+            .map(|c| [c[0], c[1], c[2], c[3]])
+            .collect();
+        let parameters = LinearRbf::interpolating(&rows, &self.values())?;
+        let mut law = TransverseRbf::from_weights(parameters, self.range)?;
+        law.frame = self.frame.clone();
+        Ok(law)
+    }
+
+    /// ∂T/∂(invariant of a centre) at fixed strain and fixed parameters at the centres, in the order of
+    /// [`TransverseRbf::with_centres`] \[MPa\].
+    pub fn stress_by_centres(&self, strain: &Mandel) -> Vec<Mandel> {
+        let Some(cardinal) = &self.cardinal else {
+            return Vec::new();
+        };
+        let split = self.split(strain);
+        let q = self.range.nearest(&invariants_of(&split));
+        let p = self.parameters.value(&q);
+        let by_parameter = self.stress_by_parameter(&p, &Parts::new(&p), &split);
+        let slopes = self.parameters.value_by_centres(&q, cardinal);
+        slopes
+            .iter()
+            .flat_map(|slope| {
+                std::array::from_fn::<Mandel, 4, _>(|d| (0..5).map(|k| by_parameter[k] * slope[k][d]).sum())
+            })
+            .collect()
+    }
+
     /// See [`super::law::Law::rotated`].
     pub fn rotated(&self, axis: &Vec3) -> Self {
         let mut turned = self.clone();

@@ -169,6 +169,34 @@ impl<const D: usize, const V: usize> LinearRbf<D, V> {
         }
         (f, gradient)
     }
+
+    /// ∂f/∂q_j at `q` where the values at the centres stay what they are, `(n × V × D)`; `cardinal` is that of the centres.
+    ///
+    /// With A the interpolation matrix, A \[w; c\] = \[v; 0\] and ℓ the cardinal functions: df = dφ·w − ℓ·(dA w).
+    pub fn value_by_centres(&self, q: &[f64; D], cardinal: &Cardinal) -> Vec<[[f64; D]; V]> {
+        let shares = cardinal.values(&self.distances(q));
+        let n = self.centres.len();
+        // The unit vector from b to a; zero at the kink.
+        let unit = |a: &[f64; D], b: &[f64; D]| -> [f64; D] {
+            let r = distance(a, b);
+            std::array::from_fn(|d| if r > 0.0 { (a[d] - b[d]) / r } else { 0.0 })
+        };
+        (0..n)
+            .map(|j| {
+                let from_here = unit(&self.centres[j], q);
+                let mut slope: [[f64; D]; V] =
+                    std::array::from_fn(|k| std::array::from_fn(|d| self.weights[j][k] * from_here[d]));
+                for i in (0..n).filter(|&i| i != j) {
+                    let between = unit(&self.centres[j], &self.centres[i]);
+                    for (k, slope) in slope.iter_mut().enumerate() {
+                        let pull = shares[i] * self.weights[j][k] + shares[j] * self.weights[i][k];
+                        slope.iter_mut().zip(&between).for_each(|(s, b)| *s -= pull * b);
+                    }
+                }
+                slope
+            })
+            .collect()
+    }
 }
 
 /// Whether an interpolant has a constant term, and with it the condition Σw = 0.
@@ -341,6 +369,36 @@ mod tests {
             down[d] -= 1e-6;
             let quotient = (f.value(&up)[0] - f.value(&down)[0]) / 2e-6;
             assert!(gradient[0][d].abs() > 1e-3 && (gradient[0][d] - quotient).abs() < 1e-8);
+        }
+    }
+
+    /// Against interpolants whose centres are moved and whose values are not.
+    #[test]
+    fn derivative_by_centres_is_the_difference_quotient() {
+        let centres = [
+            [0.0, 0.0, 0.1],
+            [1.0, 0.0, 0.0],
+            [0.3, 2.0, 0.4],
+            [-0.5, 0.25, 0.9],
+        ];
+        let values = [[1.0, 3.0], [0.5, -1.0], [2.0, 0.4], [7.0, 1.0]];
+        let f = LinearRbf::interpolating(&centres, &values).unwrap();
+        let cardinal = Cardinal::new(&centres, |r| r, ConstantTerm::With).unwrap();
+        let q = [0.2, 0.7, -0.3];
+        let slopes = f.value_by_centres(&q, &cardinal);
+        for j in 0..4 {
+            for d in 0..3 {
+                let at = |step: f64| {
+                    let mut moved = centres;
+                    moved[j][d] += step;
+                    LinearRbf::interpolating(&moved, &values).unwrap().value(&q)
+                };
+                let (up, down) = (at(1e-6), at(-1e-6));
+                for k in 0..2 {
+                    let quotient = (up[k] - down[k]) / 2e-6;
+                    assert!(quotient.abs() > 1e-4 && (slopes[j][k][d] - quotient).abs() < 1e-7);
+                }
+            }
         }
     }
 

@@ -8,7 +8,7 @@
 //! surface), [`legend`] (what its colours mean), [`layouts`] (the rows that page and terminal share), [`page`] and
 //! `style` (the HTML page), [`table`] and [`terminal_plot`] (the terminal), [`replicate`] (the page of a search),
 //! [`fit_probe`] (the page of a fit to presses); of coupon fits [`coupon_plots`], [`coupon_table`] and [`coupon_page`]; of the
-//! materials [`database`] and [`database_curve`].
+//! materials [`database`], [`database_curve`] and [`database_page`].
 
 pub mod bars;
 pub mod colour;
@@ -17,6 +17,7 @@ pub mod coupon_plots;
 pub mod coupon_table;
 pub mod database;
 pub mod database_curve;
+pub mod database_page;
 pub mod fit_probe;
 pub mod layouts;
 pub mod legend;

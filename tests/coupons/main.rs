@@ -44,8 +44,15 @@ fn treloars_rubber_to_stretch_four() {
     for (test, error) in rubber.tests.iter().zip(&fit.errors) {
         let end = test.curve.strain.last().unwrap();
         assert!((2.9..3.1).contains(end), "{end}");
-        // 1.5, 1.8 and 1.6 % when this was written.
-        assert!(error.relative_rms < 0.025, "{:?}: {error:?}", test.kind);
+        assert!(error.relative_rms < 0.05, "{:?}: {error:?}", test.kind);
+    }
+    // The same sum of squares with the closed forms of a material that keeps its volume, minimised by
+    // scipy.optimize.least_squares from 80 random starts: 1.481, 1.768 and 1.547 %. Here K is 1000 times μ, not infinite.
+    for (error, other) in fit.errors.iter().zip([0.01481, 0.01768, 0.01547]) {
+        assert!(
+            (error.relative_rms / other - 1.0).abs() < 0.01,
+            "{error:?} for {other}"
+        );
     }
     assert!(fit.relative_rms < 0.02, "{}", fit.relative_rms);
     assert!(matches!(fit.law, Law::Hyperelastic(_)));

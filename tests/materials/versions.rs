@@ -2,10 +2,14 @@
 
 use super::commands::pliant;
 use super::{database, text_of};
+use pliant::design::goal::Goal;
 use pliant::material::database::Database;
+use pliant::material::hyperelastic::{Form, Hyperelastic};
+use pliant::material::law::Law;
 use pliant::material::put::Change;
-use pliant::material::record::{MaterialRecord, Uncertainty};
+use pliant::material::record::{MaterialRecord, Model, Uncertainty};
 use pliant::material::versions::sha256;
+use pliant::math::mandel::Mandel;
 use std::path::Path;
 
 fn foam() -> MaterialRecord {
@@ -440,4 +444,102 @@ fn uncertainties_are_checked() {
             "{expected}: {found:?}"
         );
     }
+}
+
+/// Palettes and scenes take versions; two of one material are two materials.
+#[test]
+fn designs_and_scenes_name_versions() {
+    let folder = tempfile::tempdir().unwrap();
+    let db = folder.path().join("db");
+    let firm = |shear_mpa: f64| {
+        let form = Form::NeoHookeanIsochoric {
+            shear_mpa,
+            bulk_mpa: 2.0,
+        };
+        let law = Law::Hyperelastic(Hyperelastic::new(form).unwrap());
+        let model = Model::of(&law, [-0.5, 0.5]).unwrap();
+        MaterialRecord { model, ..foam() }
+    };
+    for shear in [0.1, 0.2] {
+        Database::put(&db, &firm(shear)).unwrap();
+    }
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs/block");
+    let goal = std::fs::read_to_string(shipped.join("goal.toml")).unwrap();
+    let (start, end) = (
+        goal.find("materials = [").unwrap(),
+        goal.find("]\n\n[[example]]").unwrap(),
+    );
+    std::fs::copy(shipped.join("block.stl"), folder.path().join("block.stl")).unwrap();
+    std::fs::create_dir(folder.path().join("original")).unwrap();
+    std::fs::copy(
+        shipped.join("original/middle.csv"),
+        folder.path().join("original/middle.csv"),
+    )
+    .unwrap();
+    let file = folder.path().join("goal.toml");
+    let read = |materials: &str| {
+        std::fs::write(
+            &file,
+            format!("{}materials = [{materials}{}", &goal[..start], &goal[end..]),
+        )
+        .unwrap();
+        Goal::read(&file, &Database::open(&db).unwrap())
+    };
+    let palette = read("\"leap-foam@1\", \"leap-foam\"").unwrap().palette;
+    let ids: Vec<&str> = palette.iter().map(|m| m.record.id.as_str()).collect();
+    assert_eq!(ids, ["leap-foam@1", "leap-foam"]);
+    let young = |law: &Law| law.young_modulus(&Mandel::zeros());
+    assert!(young(&palette[1].law) > 1.8 * young(&palette[0].law));
+    let twice = read("\"leap-foam@2\", \"leap-foam\"").unwrap_err().to_string();
+    assert!(twice.contains("stands twice"), "{twice}");
+
+    // Two cubes side by side, one of each version.
+    let cube = |name: &str, x: f64, material: &str| {
+        format!(
+            "[[region]]\nname = \"{name}\"\nbox_mm = [[{x}, -1, -1], [{}, 11, 11]]\nmaterial = \"{material}\"\n",
+            x + 12.0
+        )
+    };
+    let mut nodes = Vec::new();
+    for start in [0, 20] {
+        for (x, y, z) in [
+            (0, 0, 0),
+            (10, 0, 0),
+            (10, 10, 0),
+            (0, 10, 0),
+            (0, 0, 10),
+            (10, 0, 10),
+            (10, 10, 10),
+            (0, 10, 10),
+        ] {
+            nodes.push(format!("[{}, {y}, {z}]", start + x));
+        }
+    }
+    let plane = |name: &str, components: &str, z: f64| {
+        format!(
+            "[[set]]\nname = \"{name}\"\nbox_mm = [[-1, -1, {}], [31, 11, {}]]\n[[fixed]]\nset = \"{name}\"\ncomponents = \"{components}\"\n",
+            z - 0.1,
+            z + 0.1
+        )
+    };
+    let scene = format!(
+        "schema = 1\n[mesh]\nunit = \"mm\"\nnodes_mm = [{}]\nhexahedra = [[0,1,2,3,4,5,6,7], [8,9,10,11,12,13,14,15]]\n\
+         [[set]]\nname = \"top\"\nbox_mm = [[-1, -1, 9.9], [31, 11, 10.1]]\n{}{}{}\
+         [[load]]\nname = \"press\"\n[[load.move]]\nset = \"top\"\ndisplacement_mm = {{ z = -1 }}\n",
+        nodes.join(", "),
+        cube("old", -1.0, "leap-foam@1"),
+        cube("new", 19.0, "leap-foam"),
+        plane("floor", "xyz", 0.0),
+    );
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, scene).unwrap();
+    let database = db.to_string_lossy().into_owned();
+    let (code, out, err) = pliant(&["simulate", &file.to_string_lossy(), "--db", &database, "--json"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        value["materials"],
+        serde_json::json!(["leap-foam@1", "leap-foam"]),
+        "{value}"
+    );
 }

@@ -184,14 +184,21 @@ fn readings_agree_with_fields_and_changed_loads() {
         assert!(many.len() * 3 > count + 1 && count + 1 > 3);
         for sensors in [&many[..], &many[..1]] {
             let found = solver
-                .reading_derivatives(u, materials, 0, &[&sideways.forces], sensors)
+                .reading_derivatives(
+                    u,
+                    materials,
+                    0,
+                    &Law::stress_by_parameters,
+                    &[&sideways.forces],
+                    sensors,
+                )
                 .unwrap();
             assert_eq!(found.shape(), (3 * sensors.len(), count + 1));
             let size = found.amax();
             for (row, value) in found.row_iter().enumerate() {
                 let (sensor, c) = (&sensors[row / 3].0, row % 3);
                 for (field, value) in fields.iter().zip(value.iter()) {
-                    assert!((sensor.read(field)[c] - value).abs() < 1e-6 * size);
+                    assert!((sensor.read(field)[c] - value).abs() < 1e-5 * size);
                 }
                 let quotient = (sensor.read(&plus) - sensor.read(&minus))[c] / (2.0 * step);
                 assert!(quotient.abs() > 1e-6 && (quotient - value[count]).abs() < 1e-5 * size);

@@ -3,7 +3,11 @@
 mod add;
 mod check;
 mod compare;
+mod diff;
+mod export;
 mod list;
+mod page;
+mod refit;
 mod show;
 
 use super::Answer;
@@ -43,6 +47,18 @@ enum Action {
     },
     /// Examines every record: units, positive stiffness, rising curves, source, older versions; exit code 1 if one fails
     Check,
+    /// Fits a record again from what it was fitted from, and says by how much it moved
+    Refit(refit::Arguments),
+    /// Says what changed between two records, or between this database and another revision of it
+    Diff(diff::Arguments),
+    /// Writes a material for FEBio, CalculiX or Abaqus, or as JSON
+    Export(export::Arguments),
+    /// Writes one HTML page of all materials, with their curves, to filter and sort in a browser
+    Page {
+        /// The file
+        #[arg(long, value_name = "FILE.html")]
+        out: PathBuf,
+    },
     /// Rewrites records of older schemas in this version's; their content stays
     Migrate,
 }
@@ -66,6 +82,10 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         Action::List(options) => list::run(&database, options, json),
         Action::Show(options) => show::run(&database, options, json),
         Action::Compare(options) => compare::run(&database, options, json),
+        Action::Refit(options) => refit::run(&database, options, json),
+        Action::Diff(options) => diff::run(&database, options, json),
+        Action::Export(options) => export::run(&database, options, json),
+        Action::Page { out } => page::run(&database, out, json),
         Action::Check | Action::Add { .. } | Action::Migrate => check::run(&database, json),
     }
 }

@@ -59,15 +59,7 @@ pub fn strains_met(bench: &Bench, law: &Law, equilibria: &[Levels]) -> Vec<Met> 
 /// # Errors
 /// Moduli that make no law.
 pub fn with_centres(law: &Law, met: &[Met], count: usize) -> Result<Law, LawError> {
-    let gamma: f64 = std::env::var("GAMMA")
-        .ok()
-        .and_then(|g| g.parse().ok())
-        .unwrap_or(0.5);
-    let weight = |m: &Met| {
-        (m.volume * law.stress(&m.strain).dot(&m.strain))
-            .max(0.0)
-            .powf(gamma)
-    };
+    let weight = |m: &Met| (m.volume * law.stress(&m.strain).dot(&m.strain)).max(0.0).sqrt();
     match law {
         Law::Isotropic(law) => {
             let cloud: Vec<_> = met.iter().map(|m| (invariants(&m.strain), weight(m))).collect();
@@ -141,6 +133,24 @@ pub fn neighbours(law: &Law) -> Vec<(usize, usize)> {
         Law::Energy(law) => nearest_before(&law.log_moduli().centres),
         _ => Vec::new(),
     }
+}
+
+/// For each invariant of each centre but the first, the distance of that centre from the nearest other one.
+pub fn spacings(law: &Law) -> Vec<f64> {
+    match law {
+        Law::Isotropic(law) => gaps(&law.log_moduli().centres),
+        Law::TransverselyIsotropic(law) => gaps(&law.parameters().centres),
+        _ => Vec::new(),
+    }
+}
+
+fn gaps<const D: usize>(centres: &[[f64; D]]) -> Vec<f64> {
+    let gap = |i: usize| {
+        let others = (0..centres.len()).filter(|&j| j != i);
+        let nearest = others.map(|j| squared(&centres[i], &centres[j]));
+        nearest.fold(f64::INFINITY, f64::min).sqrt()
+    };
+    (1..centres.len()).flat_map(|i| [gap(i); D]).collect()
 }
 
 fn nearest_before<const D: usize>(centres: &[[f64; D]]) -> Vec<(usize, usize)> {

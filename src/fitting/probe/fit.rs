@@ -2,23 +2,24 @@
 //!
 //! ```text
 //! linear law at small strain → homogeneous law → [ strains met → centres → all presses at once ] × rounds
-//!                                              → [ tangential forces → all presses at once ] × up to three
+//!                                              → centres move with the moduli → to the end
 //! ```
+//!
+//! Tangential forces under the probe are estimated after the homogeneous law and after the rounds, each time in turns with
+//! fits, and are kept if the markers elsewhere are better for them.
 //!
 //! Each arrow but the first is a Levenberg–Marquardt minimisation of [`super::problem`]; a step to a law that the specimen does
 //! not stand is refused and shortened. A fit of rounds ends when the centres stay where they are. Source: Bickel 2010, 8.3.
 
-use super::centres::{moved, strains_met, with_centres, with_range};
-use super::coordinates::Coordinates;
+use super::centres::{strains_met, with_range};
 use super::errors::{Errors, errors};
-use super::press::{Bench, Failure, Levels};
-use super::problem::ProbeProblem;
+use super::press::{Bench, Failure};
 use super::spread::{self, Final, PressCurve, Spread};
-use super::start::{RATIOS, Symmetry, standing, young};
-use super::tangential;
+use super::stages::{Descent, Fitter, size};
+use super::start::Symmetry;
 use crate::material::law::{Law, LawError};
 use crate::math::Vec3;
-use crate::numerics::least_squares::{self, LeastSquaresError, News, Stop, minimise_problem};
+use crate::numerics::least_squares::{LeastSquaresError, Stop};
 use std::time::Instant;
 
 /// How to fit.
@@ -30,6 +31,11 @@ pub struct ProbeOptions {
     pub rounds: usize,
     /// Most Levenberg–Marquardt steps of a round. Default 40.
     pub iterations: usize,
+    /// Whether the centres move with the moduli after the rounds. Default true.
+    pub moves_centres: bool,
+    /// Moving centres end when a step lowers the cost by less than this part: they creep near the end, for little gain.
+    /// Default 0.005.
+    pub move_tolerance: f64,
     /// Whether tangential forces under the probe are estimated where markers tell them. Default true.
     pub tangential: bool,
     /// Refits of the bootstrap; 0 for none. Default 0.
@@ -44,6 +50,8 @@ impl Default for ProbeOptions {
             centres: None,
             rounds: 6,
             iterations: 40,
+            moves_centres: true,
+            move_tolerance: 5e-3,
             tangential: true,
             bootstrap: 0,
             seed: 1,
@@ -142,7 +150,8 @@ pub enum Tangential {
     Used {
         /// Presses that they were estimated for, and their forces.
         forces: Vec<(String, Vec<Vec3>)>,
-        /// Root mean square of the scaled residuals of the markers that are not under a probe, before and after.
+        /// Root mean square of the scaled residuals of the markers that are not under a probe, without these forces and
+        /// with them.
         elsewhere: [f64; 2],
     },
 }
@@ -187,51 +196,6 @@ impl ProbeFit {
     }
 }
 
-/// A law with its minimisation.
-struct Descent {
-    law: Law,
-    theta: Vec<f64>,
-    equilibria: Vec<Levels>,
-    outcome: least_squares::Outcome,
-    data_rows: usize,
-    free: Vec<bool>,
-}
-
-impl Descent {
-    /// Root mean square of the data's rows.
-    fn scaled_rms(&self) -> f64 {
-        rms(&self.outcome.residual[..self.data_rows])
-    }
-}
-
-fn rms(x: &[f64]) -> f64 {
-    (x.iter().map(|v| v * v).sum::<f64>() / x.len().max(1) as f64).sqrt()
-}
-
-/// Cost falls by less than this part: a round ends.
-const ROUND_TOLERANCE: f64 = 1e-4;
-/// The same for the last minimisation.
-const LAST_TOLERANCE: f64 = 1e-7;
-/// Centres that move by less than this share of their reach have settled.
-const SETTLED: f64 = 0.02;
-/// A homogeneous fit that leaves more than this share of the displacements ended badly, as does one at a bound.
-const BAD: f64 = 0.5;
-/// Relative noise that is expected before there is a fit.
-const FIRST_NOISE: f64 = 0.02;
-/// Residuals below this share of the displacements are the solver's own.
-const LEAST_NOISE: f64 = 1e-6;
-
-struct Fitter<'a> {
-    symmetry: Symmetry,
-    options: &'a ProbeOptions,
-    which: Vec<usize>,
-    /// Root mean square of x̄/σ.
-    size: f64,
-    cancelled: &'a (dyn Fn() -> bool + Sync),
-    news: &'a mut dyn FnMut(&Step),
-    rounds: Vec<Round>,
-}
-
 /// Fits a law to the presses of `bench` that are not held out; tangential forces that are found go into its presses.
 ///
 /// # Errors
@@ -256,8 +220,10 @@ pub fn fit(
     };
     let (homogeneous, starts) = fitter.homogeneous(bench)?;
     let first = homogeneous.law.clone();
+    let homogeneous = fitter.alternate(bench, homogeneous)?;
     let (found, has_settled) = fitter.rounds(bench, homogeneous)?;
     let (found, tangential) = fitter.tangential(bench, found)?;
+    let found = fitter.moved(bench, found)?;
     let found = fitter.last(bench, found)?;
     fitter.outcome(bench, found, first, (starts, has_settled, tangential), began)
 }
@@ -303,242 +269,7 @@ fn check(bench: &Bench, options: &ProbeOptions) -> Result<Vec<usize>, ProbeError
     Ok(which)
 }
 
-/// Root mean square of √w x̄/σ.
-fn size(bench: &Bench, which: &[usize]) -> f64 {
-    let mut scaled = Vec::new();
-    for &k in which {
-        let press = &bench.presses[k];
-        for (readings, deviations) in press.readings.iter().zip(&press.deviations) {
-            let seen = readings.iter().zip(deviations);
-            scaled.extend(seen.filter_map(|(r, d)| Some(press.weight.sqrt() * (*r)? / d)));
-        }
-    }
-    rms(&scaled).max(f64::MIN_POSITIVE)
-}
-
 impl Fitter<'_> {
-    /// Minimises from `law`; `None` where the specimen does not stand the presses with it.
-    fn descend(
-        &mut self,
-        bench: &Bench,
-        law: &Law,
-        noise: f64,
-        tolerance: f64,
-        stage: &str,
-    ) -> Result<Option<Descent>, ProbeError> {
-        let coordinates = self.symmetry.coordinates;
-        let start = coordinates.read(law);
-        let bounds = coordinates.bounds(&start);
-        let least = LEAST_NOISE * self.size;
-        let options = least_squares::Options {
-            max_iterations: self.options.iterations,
-            cost_tolerance: tolerance,
-            step_tolerance: 1e-7,
-            gradient_tolerance: 1e-9,
-            negligible_cost: least * least,
-            ..least_squares::Options::default()
-        };
-        let news = &mut *self.news;
-        let rows = super::problem::count(bench, &self.which) as f64;
-        let mut tell = |n: &News| {
-            news(&Step {
-                stage: stage.to_string(),
-                iterations: n.iterations,
-                scaled_rms: (2.0 * n.cost / f64::max(rows, 1.0)).sqrt(),
-            });
-        };
-        let mut problem = ProbeProblem::new(
-            bench,
-            &self.which,
-            law,
-            coordinates,
-            noise.max(least),
-            self.cancelled,
-            &mut tell,
-        );
-        let outcome = match minimise_problem(&mut problem, &start, &bounds, &options) {
-            // Refused steps are what a fit that was asked to stop is left with.
-            Ok(outcome) if (self.cancelled)() => least_squares::Outcome {
-                stop: Stop::Cancelled,
-                ..outcome
-            },
-            Ok(outcome) => outcome,
-            Err(LeastSquaresError::NoStart) => return Ok(None),
-            Err(error) => return Err(error.into()),
-        };
-        let Some((law, equilibria)) = problem.best.take() else {
-            return Ok(None);
-        };
-        let theta = outcome.parameters.clone();
-        let inside = |(t, (low, high)): (&f64, &(f64, f64))| *t > *low && *t < *high;
-        let descent = Descent {
-            free: theta.iter().zip(&bounds).map(inside).collect(),
-            data_rows: rows as usize,
-            law,
-            theta,
-            equilibria,
-            outcome,
-        };
-        self.rounds.push(Round {
-            stage: stage.to_string(),
-            centres: descent.theta.len() / coordinates.per_centre(),
-            scaled_rms: descent.scaled_rms(),
-            iterations: descent.outcome.iterations,
-            evaluations: descent.outcome.evaluations,
-            stop: descent.outcome.stop,
-        });
-        Ok(Some(descent))
-    }
-
-    /// The homogeneous law, from several starts where the first ends badly; how many.
-    fn homogeneous(&mut self, bench: &Bench) -> Result<(Descent, usize), ProbeError> {
-        let mut best: Option<Descent> = None;
-        let mut starts = 0;
-        let mut failed = None;
-        for ratio in RATIOS {
-            starts += 1;
-            let Some(modulus) = young(bench, &self.which, &self.symmetry, ratio, self.cancelled)? else {
-                return Err(ProbeError::Backwards);
-            };
-            let start = [modulus, ratio];
-            let law = match standing(bench, &self.which, &self.symmetry, start, self.cancelled) {
-                Ok(law) => law,
-                Err(error) => {
-                    failed = Some(error);
-                    continue;
-                }
-            };
-            let stage = match starts {
-                1 => "homogeneous".to_string(),
-                n => format!("homogeneous, start {n}"),
-            };
-            let noise = FIRST_NOISE * self.size;
-            let found = self.descend(bench, &law, noise, ROUND_TOLERANCE, &stage)?;
-            if (self.cancelled)() && best.is_none() {
-                return found.map(|d| (d, starts)).ok_or(ProbeError::Cancelled);
-            }
-            let Some(found) = found else { continue };
-            let is_good = found.scaled_rms() < BAD * self.size && found.free.iter().all(|f| *f);
-            if best.as_ref().is_none_or(|b| found.outcome.cost < b.outcome.cost) {
-                best = Some(found);
-            }
-            if is_good || (self.cancelled)() {
-                break;
-            }
-        }
-        match (best, failed) {
-            (Some(best), _) => Ok((best, starts)),
-            (None, Some(error)) => Err(error),
-            (None, None) => Err(ProbeError::Cancelled),
-        }
-    }
-
-    /// Centres and fits, in rounds; did they settle?
-    fn rounds(&mut self, bench: &Bench, homogeneous: Descent) -> Result<(Descent, bool), ProbeError> {
-        let count = self.options.centres.unwrap_or(match self.symmetry.coordinates {
-            Coordinates::Isotropic => 6,
-            Coordinates::Transverse => 12,
-        });
-        let mut best = homogeneous;
-        if count == 1 {
-            return Ok((best, true));
-        }
-        let mut current = best.law.clone();
-        let mut equilibria = best.equilibria.clone();
-        let mut noise = best.scaled_rms().min(FIRST_NOISE * self.size);
-        for round in 1..=self.options.rounds {
-            if (self.cancelled)() {
-                return Ok((best, false));
-            }
-            let met = strains_met(bench, &current, &equilibria);
-            let placed = with_centres(&current, &met, count)?;
-            if moved(&placed, &current) < SETTLED {
-                return Ok((best, true));
-            }
-            let stage = format!("round {round}");
-            let Some(found) = self.descend(bench, &placed, noise, ROUND_TOLERANCE, &stage)? else {
-                return Ok((best, false));
-            };
-            noise = found.scaled_rms().min(noise);
-            current = found.law.clone();
-            equilibria.clone_from(&found.equilibria);
-            if found.scaled_rms() < best.scaled_rms() {
-                best = found;
-            }
-        }
-        Ok((best, false))
-    }
-
-    /// Estimates the forces under the probe and fits again, as long as the markers elsewhere are better for it.
-    fn tangential(&mut self, bench: &mut Bench, found: Descent) -> Result<(Descent, Tangential), ProbeError> {
-        if !self.options.tangential {
-            return Ok((found, Tangential::Off));
-        }
-        let told: Vec<bool> = self
-            .which
-            .iter()
-            .map(|&k| tangential::is_told(&bench.presses[k]))
-            .collect();
-        if !told.contains(&true) {
-            return Ok((found, Tangential::Untold));
-        }
-        let before = elsewhere(bench, &self.which, &found.equilibria);
-        let (mut best, mut least) = (found, before);
-        for attempt in 1..=3 {
-            if (self.cancelled)() {
-                break;
-            }
-            let forces = tangential::estimate(bench, &best.law, &self.which, &best.equilibria)?;
-            let held: Vec<Vec<Vec3>> = self
-                .which
-                .iter()
-                .map(|&k| bench.presses[k].tangential.clone())
-                .collect();
-            for ((&k, forces), told) in self.which.iter().zip(forces).zip(&told) {
-                if *told {
-                    bench.presses[k].tangential = forces;
-                }
-            }
-            let stage = format!("tangential forces, {attempt}");
-            let noise = best.scaled_rms();
-            let better = self.descend(bench, &best.law, noise, ROUND_TOLERANCE, &stage)?;
-            let after = better
-                .as_ref()
-                .map(|d| elsewhere(bench, &self.which, &d.equilibria));
-            match (better, after) {
-                // A hundredth of the residual is no news.
-                (Some(better), Some(after)) if after < 0.99 * least => (best, least) = (better, after),
-                _ => {
-                    for (&k, old) in self.which.iter().zip(held) {
-                        bench.presses[k].tangential = old;
-                    }
-                    break;
-                }
-            }
-        }
-        if least >= before {
-            return Ok((best, Tangential::Dropped));
-        }
-        let forces = self.which.iter().zip(&told).filter(|(_, told)| **told);
-        let forces = forces
-            .map(|(&k, _)| (bench.presses[k].name.clone(), bench.presses[k].tangential.clone()))
-            .collect();
-        let elsewhere = [before, least];
-        Ok((best, Tangential::Used { forces, elsewhere }))
-    }
-
-    /// The last minimisation, to the end.
-    fn last(&mut self, bench: &Bench, found: Descent) -> Result<Descent, ProbeError> {
-        if (self.cancelled)() {
-            return Ok(found);
-        }
-        let noise = found.scaled_rms();
-        let last = self.descend(bench, &found.law, noise, LAST_TOLERANCE, "last")?;
-        Ok(last
-            .filter(|l| l.scaled_rms() <= found.scaled_rms() * 1.001)
-            .unwrap_or(found))
-    }
-
     fn outcome(
         self,
         bench: &Bench,
@@ -596,7 +327,10 @@ impl Fitter<'_> {
             law: rounded(&with_range(&found.law, &met)?)?,
             homogeneous,
             has_settled,
-            stop: found.outcome.stop,
+            stop: match (self.cancelled)() {
+                true => Stop::Cancelled,
+                false => found.outcome.stop,
+            },
             starts,
             tangential,
             errors: errors(bench, &self.which, &found.equilibria),
@@ -618,29 +352,4 @@ fn rounded(law: &Law) -> Result<Law, LawError> {
         .into_iter()
         .map(|p| (p.value * 1e6).round() / 1e6);
     law.with_parameters(&values.collect::<Vec<_>>())
-}
-
-/// Root mean square of the scaled residuals of the markers that are not under a probe; of all where there are no others.
-fn elsewhere(bench: &Bench, which: &[usize], equilibria: &[Levels]) -> f64 {
-    let residuals = super::problem::residuals(bench, which, equilibria);
-    let mut under = Vec::new();
-    for &k in which {
-        let press = &bench.presses[k];
-        let points = press.point_of_component();
-        for readings in &press.readings {
-            let seen = readings.iter().zip(&points).filter(|(r, _)| r.is_some());
-            under.extend(seen.map(|(_, &p)| press.under_probe[p]));
-        }
-    }
-    let others: Vec<f64> = residuals
-        .iter()
-        .zip(&under)
-        .filter(|(_, u)| !**u)
-        .map(|(r, _)| *r)
-        .collect();
-    if others.is_empty() {
-        rms(&residuals)
-    } else {
-        rms(&others)
-    }
 }

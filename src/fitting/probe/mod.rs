@@ -13,7 +13,8 @@
 //! | [`tangential`] | forces under the probe that were not measured |
 //! | [`errors`] | errors by force and by marker, as Table 8.1 |
 //! | [`spread`] | what the data leave open: covariance, bootstrap, bands |
-//! | [`fit`](mod@fit) | the rounds, and what they come to |
+//! | `stages` | the minimisations, and what happens between them |
+//! | [`fit`](mod@fit) | their order, and what they come to |
 //! | [`record`](mod@record) | the fit as a material record |
 
 pub mod centres;
@@ -24,5 +25,6 @@ pub mod press;
 mod problem;
 pub mod record;
 pub mod spread;
+mod stages;
 pub mod start;
 pub mod tangential;

@@ -5,7 +5,7 @@ use crate::fem::example::{MeasuredPoint, Sensor};
 use crate::fem::forces::Materials;
 use crate::fem::measurement_set::{Experiment, MeasurementSet};
 use crate::fem::model::Model;
-use crate::fem::sensitivity::SensitivityError;
+use crate::fem::sensitivity::{SensitivityError, Slopes};
 use crate::fem::specimen::{Specimen, WiredExperiment};
 use crate::material::law::Law;
 use crate::math::Vec3;
@@ -226,9 +226,9 @@ impl Bench<'_> {
         }
     }
 
-    /// Derivatives of `read` of each press `which` at each of its levels, with respect to the law's parameters and then to a
-    /// force of 1 N along each of the press's vectors in `along`, `(presses × levels)` matrices of `(components ×
-    /// (parameters + forces))`.
+    /// Derivatives of `read` of each press `which` at each of its levels, with respect to the numbers of the law that `slopes`
+    /// stands for and then to a force of 1 N along each of the press's vectors in `along`, `(presses × levels)` matrices of
+    /// `(components × (numbers + forces))`.
     ///
     /// # Errors
     /// The first [`Failure`].
@@ -237,6 +237,7 @@ impl Bench<'_> {
         law: &Law,
         which: &[usize],
         equilibria: &[Levels],
+        slopes: &Slopes,
         read: &(impl Fn(&Press) -> Vec<(Sensor, Vec<Vec3>)> + Sync),
         along: &(dyn Fn(&Press) -> Vec<Vec3> + Sync),
     ) -> Result<Vec<Vec<DMatrix<f64>>>, Failure> {
@@ -260,7 +261,7 @@ impl Bench<'_> {
                         .collect();
                     let loads: Vec<&[Vec3]> = loads.iter().map(Vec::as_slice).collect();
                     solver
-                        .reading_derivatives(u, &materials, 0, &loads, &read(press))
+                        .reading_derivatives(u, &materials, 0, slopes, &loads, &read(press))
                         .map_err(|error| Failure::Sensitivity {
                             press: press.name.clone(),
                             error,

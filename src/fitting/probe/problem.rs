@@ -14,18 +14,25 @@
 //! | s | root mean square of r/√w in the fit before: noise and what the model cannot follow | – |
 //! | τ = 1 | neighbouring centres differ by about a factor e, unless the data say more | – |
 //!
+//! Where the centres move too, each of their invariants has a third kind of row, s (c − c₀)/(½ d), with d the distance to the
+//! nearest centre at the start.
+//!
 //! The second kind of row is what a Bayesian would call a prior. With thousands of readings it moves what they tell by less
 //! than their own uncertainty, and it decides what they don't. Equation (8.3) of Bickel 2010, all examples at once, with
 //! derivatives that include the change of rotation and strain (his appendix B leaves both out).
 
 use super::coordinates::Coordinates;
-use super::press::{Bench, Failure, Levels};
-use crate::material::law::Law;
+use super::press::{Bench, Failure, Levels, Press};
+use crate::fem::sensitivity::Slopes;
+use crate::material::law::{Law, LawError};
+use crate::math::mandel::Mandel;
 use crate::numerics::least_squares::{News, Problem};
 use nalgebra::DMatrix;
 
 /// τ.
 const TIE_WIDTH: f64 = 1.0;
+/// A centre moves by about this share of the distance to its nearest neighbour, unless the data say more.
+const CENTRE_WIDTH: f64 = 0.5;
 /// The same about the start, for the homogeneous law, which has no neighbours.
 const ANCHOR_WIDTH: f64 = 3.0;
 
@@ -38,6 +45,42 @@ enum Tie {
     Value(usize, f64),
 }
 
+/// Do the centres move, but for the one at rest?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CentresMove {
+    Yes,
+    No,
+}
+
+/// Invariants of all centres of `law` but the first, which stays at rest.
+pub(super) fn free_centres(law: &Law) -> Vec<f64> {
+    let all = law.centres();
+    all.get(at_rest(law)..).map_or(Vec::new(), <[f64]>::to_vec)
+}
+
+/// Number of invariants of one centre.
+fn at_rest(law: &Law) -> usize {
+    match law {
+        Law::TransverselyIsotropic(_) => 4,
+        _ => 3,
+    }
+}
+
+/// `law` with θ: its moduli, then its centres if they move.
+pub(super) fn put(coordinates: Coordinates, law: &Law, theta: &[f64], moved: usize) -> Result<Law, LawError> {
+    let (values, places) = theta.split_at(theta.len().saturating_sub(moved));
+    let law = coordinates.put(law, values)?;
+    if places.is_empty() {
+        return Ok(law);
+    }
+    let mut centres = law.centres();
+    let first = at_rest(&law).min(centres.len());
+    for (centre, place) in centres[first..].iter_mut().zip(places) {
+        *centre = *place;
+    }
+    law.with_centres(&centres)
+}
+
 /// The least-squares problem of one law's parameters.
 pub(super) struct ProbeProblem<'a> {
     pub bench: &'a Bench<'a>,
@@ -46,8 +89,10 @@ pub(super) struct ProbeProblem<'a> {
     /// Its parameters are replaced.
     pub law: Law,
     pub coordinates: Coordinates,
-    ties: Vec<Tie>,
-    tie_scale: f64,
+    /// Each with its scale.
+    ties: Vec<(Tie, f64)>,
+    /// Numbers of θ that are invariants of centres; they come last.
+    moved: usize,
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
     pub news: &'a mut dyn FnMut(&News),
     /// The state that was asked last.
@@ -59,19 +104,19 @@ pub(super) struct ProbeProblem<'a> {
 }
 
 impl<'a> ProbeProblem<'a> {
-    /// Ties between the centres of `law`, or to its values if it has no centres; `noise` is s.
+    /// Ties between the centres of `law`, or to its values if it has no centres; `noise` is s, `centres` whether they move.
     pub fn new(
         bench: &'a Bench<'a>,
         which: &'a [usize],
         law: &Law,
         coordinates: Coordinates,
-        noise: f64,
+        (noise, centres): (f64, CentresMove),
         cancelled: &'a (dyn Fn() -> bool + Sync),
         news: &'a mut dyn FnMut(&News),
     ) -> ProbeProblem<'a> {
         let n = coordinates.per_centre();
         let theta = coordinates.read(law);
-        let (ties, width) = if theta.len() == n {
+        let (ties, width): (Vec<Tie>, f64) = if theta.len() == n {
             let anchors = theta.iter().enumerate().map(|(k, t)| Tie::Value(k, *t));
             (anchors.collect(), ANCHOR_WIDTH)
         } else {
@@ -79,15 +124,26 @@ impl<'a> ProbeProblem<'a> {
             let all = pairs
                 .iter()
                 .flat_map(|&(i, j)| (0..n).map(move |k| Tie::Neighbour(i * n + k, j * n + k)));
-            (all.collect::<Vec<_>>(), TIE_WIDTH)
+            (all.collect(), TIE_WIDTH)
         };
+        let mut ties: Vec<(Tie, f64)> = ties.into_iter().map(|t| (t, noise / width)).collect();
+        let mut moved = 0;
+        if centres == CentresMove::Yes {
+            let free = free_centres(law);
+            moved = free.len();
+            let places = free.iter().zip(super::centres::spacings(law));
+            ties.extend(places.enumerate().map(|(k, (place, spacing))| {
+                let width = (CENTRE_WIDTH * spacing).max(f64::MIN_POSITIVE);
+                (Tie::Value(theta.len() + k, *place), noise / width)
+            }));
+        }
         ProbeProblem {
             bench,
             which,
             law: law.clone(),
             coordinates,
             ties,
-            tie_scale: noise / width,
+            moved,
             cancelled,
             news,
             last: None,
@@ -125,17 +181,17 @@ pub(super) fn residuals(bench: &Bench, which: &[usize], equilibria: &[Levels]) -
     rows
 }
 
-/// The rows of ∂x/∂p that belong to [`residuals`], scaled alike, `(readings × parameters)`.
+/// The rows of ∂x/∂p that belong to [`residuals`], scaled alike, `(readings × numbers)`.
 pub(super) fn data_jacobian(
     bench: &Bench,
     which: &[usize],
     law: &Law,
     equilibria: &[Levels],
+    slopes: &Slopes,
 ) -> Result<DMatrix<f64>, Failure> {
-    let found = bench.derivatives(law, which, equilibria, &|press| press.sensors.clone(), &|_| {
-        Vec::new()
-    })?;
-    let parameters = law.parameters().len();
+    let sensors = |press: &Press| press.sensors.clone();
+    let found = bench.derivatives(law, which, equilibria, slopes, &sensors, &|_| Vec::new())?;
+    let parameters = slopes(law, &Mandel::zeros()).len();
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     for (&k, levels) in which.iter().zip(&found) {
         let press = &bench.presses[k];
@@ -154,12 +210,12 @@ pub(super) fn data_jacobian(
 impl Problem for ProbeProblem<'_> {
     fn residual(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
         self.last = None;
-        let law = self.coordinates.put(&self.law, theta).ok()?;
+        let law = put(self.coordinates, &self.law, theta, self.moved).ok()?;
         match self.bench.equilibria(&law, self.which, self.cancelled) {
             Ok(equilibria) => {
                 let mut rows = self.data(&equilibria);
-                rows.extend(self.ties.iter().map(|tie| {
-                    self.tie_scale
+                rows.extend(self.ties.iter().map(|(tie, scale)| {
+                    scale
                         * match *tie {
                             Tie::Neighbour(a, b) => theta[a] - theta[b],
                             Tie::Value(a, value) => theta[a] - value,
@@ -177,8 +233,31 @@ impl Problem for ProbeProblem<'_> {
 
     fn jacobian(&mut self, theta: &[f64]) -> Option<DMatrix<f64>> {
         let (law, equilibria) = self.last.as_ref()?;
-        let data = match data_jacobian(self.bench, self.which, law, equilibria) {
-            Ok(data) => data * self.coordinates.slope(theta),
+        let numbers = match self.moved {
+            0 => data_jacobian(
+                self.bench,
+                self.which,
+                law,
+                equilibria,
+                &Law::stress_by_parameters,
+            ),
+            _ => {
+                let first = at_rest(law);
+                let all = move |law: &Law, strain: &Mandel| {
+                    let mut slopes = law.stress_by_parameters(strain);
+                    slopes.extend(law.stress_by_centres(strain).split_off(first));
+                    slopes
+                };
+                data_jacobian(self.bench, self.which, law, equilibria, &all)
+            }
+        };
+        let values = theta.len() - self.moved;
+        let data = match numbers {
+            Ok(mut data) => {
+                let own = data.columns(0, values) * self.coordinates.slope(&theta[..values]);
+                data.columns_mut(0, values).copy_from(&own);
+                data
+            }
             Err(failure) => {
                 self.failure = Some(failure);
                 return None;
@@ -186,13 +265,13 @@ impl Problem for ProbeProblem<'_> {
         };
         let rows = data.nrows();
         let mut jacobian = data.resize_vertically(rows + self.ties.len(), 0.0);
-        for (i, tie) in self.ties.iter().enumerate() {
+        for (i, (tie, scale)) in self.ties.iter().enumerate() {
             match *tie {
                 Tie::Neighbour(a, b) => {
-                    jacobian[(rows + i, a)] = self.tie_scale;
-                    jacobian[(rows + i, b)] = -self.tie_scale;
+                    jacobian[(rows + i, a)] = *scale;
+                    jacobian[(rows + i, b)] = -scale;
                 }
-                Tie::Value(a, _) => jacobian[(rows + i, a)] = self.tie_scale,
+                Tie::Value(a, _) => jacobian[(rows + i, a)] = *scale,
             }
         }
         Some(jacobian)

@@ -182,7 +182,10 @@ pub(super) fn curves(
     let along =
         |press: &Press| -> Vec<(Sensor, Vec<Vec3>)> { vec![(press.probe.clone(), vec![press.direction])] };
     let slopes = match refits {
-        Some(_) => bench.derivatives(law, which, equilibria, &along, &|_| Vec::new())?,
+        Some(_) => {
+            let slopes = &Law::stress_by_parameters;
+            bench.derivatives(law, which, equilibria, slopes, &along, &|_| Vec::new())?
+        }
         None => vec![Vec::new(); which.len()],
     };
     let curve = |((&k, levels), slopes): ((&usize, &Levels), &Vec<DMatrix<f64>>)| {

@@ -18,6 +18,7 @@ use super::press::{Bench, Failure, Levels, Press};
 use crate::fem::example::Sensor;
 use crate::material::law::Law;
 use crate::math::Vec3;
+use crate::math::mandel::Mandel;
 use nalgebra::{Matrix2, Vector2};
 
 /// ρ.
@@ -49,8 +50,9 @@ pub fn estimate(
     which: &[usize],
     equilibria: &[Levels],
 ) -> Result<Vec<Vec<Vec3>>, Failure> {
-    let parameters = law.parameters().len();
-    let slopes = bench.derivatives(law, which, equilibria, &under, &|press| press.across().to_vec())?;
+    let nothing = |_: &Law, _: &Mandel| Vec::new();
+    let across = |press: &Press| press.across().to_vec();
+    let slopes = bench.derivatives(law, which, equilibria, &nothing, &under, &across)?;
     let mut forces = Vec::new();
     for ((&k, levels), slopes) in which.iter().zip(equilibria).zip(&slopes) {
         let press = &bench.presses[k];
@@ -72,10 +74,7 @@ pub fn estimate(
                     continue;
                 };
                 let weight = press.deviations[level][c].powi(-2);
-                let slope = Vector2::new(
-                    slopes[level][(row, parameters)],
-                    slopes[level][(row, parameters + 1)],
-                );
+                let slope = Vector2::new(slopes[level][(row, 0)], slopes[level][(row, 1)]);
                 normal += slope * slope.transpose() * weight;
                 right += slope * (weight * (measured - simulated[c]));
             }
