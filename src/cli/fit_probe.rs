@@ -6,6 +6,7 @@ use super::fit_coupon::note;
 use super::stop;
 use super::terminal::{say, warn};
 use crate::fem::measurement_set::MeasurementSet;
+use crate::fem::measurement_set::Origin;
 use crate::fem::measurement_set::plausible::oddities;
 use crate::fem::specimen::Specimen;
 use crate::fitting::probe::fit::{ProbeFit, ProbeOptions, Step, fit};
@@ -98,7 +99,8 @@ fn fitted(
     }
     let options = ProbeOptions {
         centres: arguments.centres.map(usize::from),
-        tangential: !arguments.no_tangential,
+        // The forces of a computed set are known.
+        tangential: !arguments.no_tangential && set.origin == Origin::Measured,
         bootstrap: arguments.bootstrap.unwrap_or(0) as usize,
         seed: arguments.seed,
         ..ProbeOptions::default()

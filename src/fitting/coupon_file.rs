@@ -45,9 +45,6 @@ pub struct CouponFile {
     /// The tests.
     #[serde(default)]
     pub tests: Vec<Test>,
-    /// Instead of tests: a block with parallel tubes, estimated from its structure.
-    #[serde(default)]
-    pub tubes: Option<Tubes>,
 }
 
 fn six() -> usize {
@@ -326,19 +323,6 @@ fn five() -> usize {
     5
 }
 
-/// A block of a base material with parallel round tubes along z in hexagonal array.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tubes {
-    /// Young's modulus of the base material \[MPa\].
-    pub base_young_mpa: f64,
-    /// Poisson's ratio of the base material.
-    pub base_poisson: f64,
-    /// Diameter of a tube \[mm\].
-    pub diameter_mm: f64,
-    /// Distance of the axes of neighbouring tubes \[mm\].
-    pub spacing_mm: f64,
-}
-
 impl CouponFile {
     /// Reads a coupon file; `file` is for messages. Also answers the fields that it did not know.
     ///
@@ -374,27 +358,25 @@ impl CouponFile {
         if self.source.citation.trim().is_empty() || self.source.licence.trim().is_empty() {
             return wrong("source", "empty".into(), "a citation and a licence");
         }
-        match (&self.tubes, self.tests.is_empty()) {
-            (None, true) => return wrong("tests", "none".into(), "at least one [[tests]], or [tubes]"),
-            (Some(_), false) => return wrong("tubes", "beside tests".into(), "either [[tests]] or [tubes]"),
-            (Some(_), true) => {}
-            (None, false) => match self.poisson {
-                None => {
-                    let expected =
-                        "at-rest = 0.49, assumed = 0.3, fitted = \"constant\" or fitted = \"by-strain\"";
-                    return wrong("poisson", "missing".into(), expected);
-                }
-                Some(Poisson::Assumed(v) | Poisson::AtRest(v)) if !(-0.9..=0.4999).contains(&v) => {
-                    let field = match self.poisson {
-                        Some(Poisson::AtRest(_)) => "poisson.at-rest",
-                        _ => "poisson.assumed",
-                    };
-                    return wrong(field, v.to_string(), "a number between −0.9 and 0.4999");
-                }
-                _ => {}
-            },
+        if self.tests.is_empty() {
+            return wrong("tests", "none".into(), "at least one [[tests]]");
         }
-        if !self.tests.is_empty() && self.tests.iter().all(|t| t.held_out) {
+        match self.poisson {
+            None => {
+                let expected =
+                    "at-rest = 0.49, assumed = 0.3, fitted = \"constant\" or fitted = \"by-strain\"";
+                return wrong("poisson", "missing".into(), expected);
+            }
+            Some(Poisson::Assumed(v) | Poisson::AtRest(v)) if !(-0.9..=0.4999).contains(&v) => {
+                let field = match self.poisson {
+                    Some(Poisson::AtRest(_)) => "poisson.at-rest",
+                    _ => "poisson.assumed",
+                };
+                return wrong(field, v.to_string(), "a number between −0.9 and 0.4999");
+            }
+            _ => {}
+        }
+        if self.tests.iter().all(|t| t.held_out) {
             return wrong("tests", "all held out".into(), "at least one test that is fitted");
         }
         for (i, test) in self.tests.iter().enumerate() {

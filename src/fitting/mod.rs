@@ -6,7 +6,7 @@
 //! homogeneous strain in place of a finite-element probe) or one with an energy of the stretches ([`hyperelastic`]).
 //! [`coupon_uncertainty`] and [`bootstrap`] say how well the tests determine it, [`compare`] which law to trust where.
 //! [`stand_in`] finds the law that another program has, [`probe`] fits to presses of a whole specimen by finite elements,
-//! [`tubes`] estimates blocks with parallel tubes that nobody has measured, [`record`] puts all together into a material
+//! [`record`] puts all together into a material
 //! record.
 
 pub mod bootstrap;
@@ -21,4 +21,3 @@ pub mod hyperelastic;
 pub mod probe;
 pub mod record;
 pub mod stand_in;
-pub mod tubes;

@@ -1,10 +1,9 @@
 //! From a coupon file and its curves to a material record.
 
 use super::coupon::{CouponError, CouponFit, CouponTest, TestError, fit, test_error};
-use super::coupon_file::{CouponFile, LawChoice, Poisson, TestKind, Tubes};
+use super::coupon_file::{CouponFile, LawChoice, Poisson, TestKind};
 use super::coupon_uncertainty::{Knowledge, knowledge};
 use super::curve::{Curve, CurveError, read_curve};
-use super::tubes::TubesError;
 use crate::material::homogeneous::{simple_shear, uniaxial};
 use crate::material::law::Law;
 use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty};
@@ -15,13 +14,13 @@ use crate::math::mandel::Mandel;
 pub struct Fitted {
     /// The record.
     pub record: MaterialRecord,
-    /// The curves that were fitted, one per test; empty for a block of tubes.
+    /// The curves that were fitted, one per test.
     pub tests: Vec<CouponTest>,
     /// The curves that were predicted, and how well.
     pub held_out: Vec<HeldOut>,
-    /// The fit; none for a block of tubes.
+    /// The fit.
     pub fit: Option<CouponFit>,
-    /// How well the tests determine its numbers; none for a block of tubes.
+    /// How well the tests determine its numbers.
     pub knowledge: Option<Knowledge>,
 }
 
@@ -55,9 +54,6 @@ pub enum FitError {
     /// No law fits.
     #[error(transparent)]
     Coupon(#[from] CouponError),
-    /// Tubes make no block.
-    #[error(transparent)]
-    Tubes(#[from] TubesError),
 }
 
 /// Fits what `coupon` describes; `read` gives the bytes of a file by its path in the coupon.
@@ -68,9 +64,6 @@ pub fn fit_coupon(
     coupon: &CouponFile,
     read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>,
 ) -> Result<Fitted, FitError> {
-    if let Some(tubes) = &coupon.tubes {
-        return of_tubes(coupon, tubes);
-    }
     let open = |file: &str| {
         read(file).map_err(|e| FitError::Read {
             file: file.to_string(),
@@ -151,25 +144,6 @@ pub fn uncertainty(law: &Law, covariance: &[Vec<f64>], basis: String) -> Option<
             .map(|row| row.iter().map(six).collect())
             .collect(),
         basis,
-    })
-}
-
-fn of_tubes(coupon: &CouponFile, tubes: &Tubes) -> Result<Fitted, FitError> {
-    let (law, range) = tubes.law()?;
-    let law = Law::TransverselyIsotropic(Box::new(law));
-    let mut record = skeleton(coupon, Kind::TransverselyIsotropic, &law, range)?;
-    record.synthetic = true;
-    record.assumptions.push(format!(
-        "not measured: estimated for tubes of {} mm at {} mm in a base of {} MPa, Poisson's ratio {}, by averages of \
-         Mori and Tanaka; tubes close under compression, buckling of walls is left out",
-        tubes.diameter_mm, tubes.spacing_mm, tubes.base_young_mpa, tubes.base_poisson
-    ));
-    Ok(Fitted {
-        record,
-        tests: Vec::new(),
-        held_out: Vec::new(),
-        fit: None,
-        knowledge: None,
     })
 }
 

@@ -3,4 +3,5 @@
 mod command;
 mod homogenisation;
 mod presses;
+mod records;
 mod support;

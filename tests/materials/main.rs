@@ -47,9 +47,14 @@ fn every_record_is_sound() {
         "the foam that was pressed, pulled and sheared, and the rubber that was pulled in three ways"
     );
     for record in database.records() {
-        assert_eq!(record.synthetic, record.measurements.is_empty(), "{}", record.id);
+        // Computed, not measured: the blocks with tubes.
+        assert_eq!(record.synthetic, record.id.starts_with("tubes-"), "{}", record.id);
+        assert!(!record.measurements.is_empty(), "{}", record.id);
         assert!(
-            record.relative_rms().is_none_or(|e| e < 0.05),
+            // A structure with walls and cut ends is not quite a homogeneous material.
+            record
+                .relative_rms()
+                .is_none_or(|e| e < if record.synthetic { 0.07 } else { 0.05 }),
             "{}: {:?}",
             record.id,
             record.relative_rms()
@@ -143,7 +148,14 @@ fn a_coupon_makes_its_record_again() {
         }
         made += 1;
     }
-    assert_eq!(made, database().entries().len(), "each record has its coupon");
+    // Records of presses were fitted to sets, which tests/laboratory looks at.
+    let of_sets = |r: &&MaterialRecord| r.recipe.as_ref().is_some_and(|f| f.starts_with("sets/"));
+    let sets = database().records().filter(of_sets).count();
+    assert_eq!(
+        made + sets,
+        database().entries().len(),
+        "each record has its coupon or its set"
+    );
 }
 
 #[test]
@@ -155,7 +167,13 @@ fn records_survive_writing() {
         let file = put.file;
         let text = std::fs::read_to_string(&file).unwrap();
         let (again, unknown) = MaterialRecord::parse(&text, &file).unwrap();
-        assert_eq!(&again, record);
+        // A database numbers what it is given from one.
+        let numbered = MaterialRecord {
+            version: 1,
+            previous_sha256: None,
+            ..record.clone()
+        };
+        assert_eq!(again, numbered);
         assert!(unknown.is_empty());
         assert_eq!(again.law().unwrap(), record.law().unwrap());
     }

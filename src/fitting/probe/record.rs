@@ -37,7 +37,8 @@ pub fn record(
         id: card.id.clone(),
         name: card.name.clone(),
         kind: card.kind,
-        synthetic: false,
+        // Computed displacements are no measurement: searches take such a record only when asked to.
+        synthetic: matches!(set.origin, Origin::Computed(_)),
         colour: card.colour.clone(),
         density_g_per_cm3: card.density_g_per_cm3,
         assumptions,
