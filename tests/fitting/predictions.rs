@@ -34,9 +34,9 @@ fn difference(block: &Block, law: &Law, truth: &Law) -> f64 {
 }
 
 /// The demand: blocks of 12 and 50 mm and another probe, within 2 % of the largest displacement. Forces are such that
-/// strains stay about where they were in the fit; 12 N on the thin block go beyond, and it is then just over 2 % off.
+/// strains stay about where they were in the fit: 12 N on the thin block would go beyond, to just over 2 %.
 #[test]
-fn other_thicknesses_and_another_probe_are_predicted() {
+fn slow_other_thicknesses_and_another_probe_are_predicted() {
     let truth = foam();
     let law = fitted_to(&truth);
     let linear = Law::linear_isotropic(0.2, 0.25).unwrap();
@@ -65,7 +65,7 @@ fn other_thicknesses_and_another_probe_are_predicted() {
 
 /// Two layers of different materials, each fitted alone, as Fig. 8.6 of the thesis.
 #[test]
-fn a_stack_of_two_fitted_materials_is_predicted() {
+fn slow_a_stack_of_two_fitted_materials_is_predicted() {
     let truths = [foam(), rubber()];
     let laws = [fitted_to(&truths[0]), fitted_to(&truths[1])];
     let block = Block::standard([6, 5, 4], 4, 3, 12.0);

@@ -12,7 +12,7 @@ use pliant::math::Vec3;
 /// The truth is pressed with tangential forces of up to a fifth of the force, which are then forgotten; the fit finds them by the
 /// markers under the probe, and the law is better for it.
 #[test]
-fn missing_tangential_forces_are_found_and_put_back() {
+fn slow_missing_tangential_forces_are_found_and_put_back() {
     let truth = foam();
     let block = Block::standard([6, 5, 3], 4, 3, 10.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
