@@ -6,7 +6,6 @@ use super::fit_coupon::note;
 use super::stop;
 use super::terminal::{say, warn};
 use crate::fem::measurement_set::MeasurementSet;
-use crate::fem::measurement_set::Origin;
 use crate::fem::measurement_set::plausible::oddities;
 use crate::fem::specimen::Specimen;
 use crate::fitting::probe::fit::{ProbeFit, ProbeOptions, Step, fit};
@@ -97,13 +96,13 @@ fn fitted(
         }
         symmetry.formulation = Formulation::Energy;
     }
+    let suited = ProbeOptions::suited(set);
     let options = ProbeOptions {
         centres: arguments.centres.map(usize::from),
-        // The forces of a computed set are known.
-        tangential: !arguments.no_tangential && set.origin == Origin::Measured,
+        tangential: !arguments.no_tangential && suited.tangential,
         bootstrap: arguments.bootstrap.unwrap_or(0) as usize,
         seed: arguments.seed,
-        ..ProbeOptions::default()
+        ..suited
     };
     let bar = ProgressBar::new_spinner();
     if arguments.json || !std::io::stderr().is_terminal() {

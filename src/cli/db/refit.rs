@@ -132,7 +132,7 @@ fn fitted_to_presses(file: &Path, record: &MaterialRecord) -> miette::Result<Mat
     let fit = probe::fit(
         &mut bench,
         symmetry,
-        &ProbeOptions::default(),
+        &ProbeOptions::suited(&set),
         &cancelled,
         &mut |_| {},
     )

@@ -17,6 +17,7 @@ use super::press::{Bench, Failure};
 use super::spread::{self, Final, PressCurve, Spread};
 use super::stages::{Descent, Fitter, size};
 use super::start::Symmetry;
+use crate::fem::measurement_set::{MeasurementSet, Origin};
 use crate::material::law::{Law, LawError};
 use crate::math::Vec3;
 use crate::numerics::least_squares::{LeastSquaresError, Stop};
@@ -42,6 +43,16 @@ pub struct ProbeOptions {
     pub bootstrap: usize,
     /// Seed of the bootstrap. Default 1.
     pub seed: u64,
+}
+
+impl ProbeOptions {
+    /// The defaults for a set: the forces of a computed one are known, so nothing is estimated under the probe.
+    pub fn suited(set: &MeasurementSet) -> ProbeOptions {
+        ProbeOptions {
+            tangential: set.origin == Origin::Measured,
+            ..ProbeOptions::default()
+        }
+    }
 }
 
 impl Default for ProbeOptions {
