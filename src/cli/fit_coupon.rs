@@ -3,10 +3,10 @@
 use super::Answer;
 use super::fit::Arguments;
 use super::terminal::{say, warn};
-use crate::fitting::bootstrap::{Bootstrap, bootstrap};
-use crate::fitting::compare::{Comparison, candidates, compare};
-use crate::fitting::coupon_file::CouponFile;
-use crate::fitting::record::{Fitted, fit_coupon, uncertainty};
+use crate::fitting::coupon::bootstrap::{Bootstrap, bootstrap};
+use crate::fitting::coupon::compare::{Comparison, candidates, compare};
+use crate::fitting::coupon::file::CouponFile;
+use crate::fitting::coupon::record::{Fitted, fit_coupon, uncertainty};
 use crate::material::check::check;
 use crate::material::database::Database;
 use crate::material::put::{Change, Put};
@@ -312,7 +312,7 @@ fn report(fitted: &Fitted, comparison: Option<&Comparison>, resampled: Option<&B
 }
 
 /// The band at the end of the measured range, two thirds of the way for most tests, and at its own end.
-fn band_words(band: &crate::fitting::bootstrap::Band, test: &str, confidence: f64) -> String {
+fn band_words(band: &crate::fitting::coupon::bootstrap::Band, test: &str, confidence: f64) -> String {
     let at = |i: usize| match (band.strain.get(i), band.stress.get(i)) {
         (Some(e), Some([low, high])) => format!(
             "{} to {} MPa at {:.0} %",

@@ -1,7 +1,7 @@
 //! A hyperelastic law that stands in for another law, for programs that have no law with moduli that depend on strain.
 //!
 //! The law is put through the tests that it was fitted in: pressed and pulled along z over its fitted range, and sheared where
-//! that was measured. Hyperelastic laws are fitted to its answers as they would be to a specimen's, [`super::coupon::fit`].
+//! that was measured. Hyperelastic laws are fitted to its answers as they would be to a specimen's, [`super::coupon::fit::fit`].
 //! The first whose stress stays within the error asked for is taken, those with the fewest terms first. Shear that was
 //! not measured is not fitted, since the law extrapolates there itself; how far the two are apart in it is told.
 //!
@@ -9,10 +9,10 @@
 //! in Biot strain with such a ratio keeps its volume at small strain only, the stand-in keeps it at large strain too. Its
 //! error is told all the same. Valid for isotropic laws, in the strains compared.
 
-use super::coupon::{CouponError, CouponTest, fit, test_error};
-use super::coupon_file::{FittedPoisson, LawChoice, Poisson, TestKind};
-use super::coupon_state::response;
-use super::curve::Curve;
+use super::coupon::curve::Curve;
+use super::coupon::file::{FittedPoisson, LawChoice, Poisson, TestKind};
+use super::coupon::fit::{CouponError, CouponTest, fit, test_error};
+use super::coupon::state::response;
 use crate::material::hyperelastic::Form;
 use crate::material::law::Law;
 

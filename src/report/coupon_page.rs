@@ -2,10 +2,10 @@
 
 use super::coupon_table::{comparison_markdown, error_words};
 use super::ticks::fixed;
-use crate::fitting::bootstrap::Bootstrap;
-use crate::fitting::compare::Comparison;
-use crate::fitting::coupon_file::LawChoice;
-use crate::fitting::record::Fitted;
+use crate::fitting::coupon::bootstrap::Bootstrap;
+use crate::fitting::coupon::compare::Comparison;
+use crate::fitting::coupon::file::LawChoice;
+use crate::fitting::coupon::record::Fitted;
 
 /// One material of the page.
 #[derive(Clone, Debug)]

@@ -4,12 +4,12 @@
 use super::colour::Colour;
 use super::plot::{LinePlot, Series, Style};
 use super::svg::Svg;
-use crate::fitting::bootstrap::Bootstrap;
-use crate::fitting::compare::{Comparison, beyond};
-use crate::fitting::coupon::{CouponTest, stress_errors};
-use crate::fitting::coupon_file::LawChoice;
-use crate::fitting::coupon_state::response;
-use crate::fitting::record::Fitted;
+use crate::fitting::coupon::bootstrap::Bootstrap;
+use crate::fitting::coupon::compare::{Comparison, beyond};
+use crate::fitting::coupon::file::LawChoice;
+use crate::fitting::coupon::fit::{CouponTest, stress_errors};
+use crate::fitting::coupon::record::Fitted;
+use crate::fitting::coupon::state::response;
 use crate::material::law::Law;
 
 /// Marks of one test; more would hide the line behind them.

@@ -2,8 +2,8 @@
 
 use super::table::{Look, drawn};
 use super::ticks::fixed;
-use crate::fitting::compare::Comparison;
-use crate::fitting::coupon::TestError;
+use crate::fitting::coupon::compare::Comparison;
+use crate::fitting::coupon::fit::TestError;
 
 /// Headers and cells; one row for each law, the least AICc first.
 fn cells(comparison: &Comparison) -> (Vec<String>, Vec<Vec<String>>) {

@@ -2,8 +2,8 @@
 //! said of coupons that make no sense.
 
 use assert_cmd::Command;
-use pliant::fitting::coupon_file::TestKind;
-use pliant::fitting::coupon_state::response;
+use pliant::fitting::coupon::file::TestKind;
+use pliant::fitting::coupon::state::response;
 use pliant::material::database::Database;
 use pliant::material::hyperelastic::{FoamTerm, Form, Hyperelastic};
 use pliant::material::law::Law;
@@ -235,8 +235,8 @@ fn refuses_too_few_samples() {
 /// Files cut off or spoiled at any place are answered, never a panic.
 #[test]
 fn spoiled_files_are_answered() {
-    use pliant::fitting::coupon_file::CouponFile;
-    use pliant::fitting::curve::read_curve;
+    use pliant::fitting::coupon::curve::read_curve;
+    use pliant::fitting::coupon::file::CouponFile;
     use rand::{Rng, SeedableRng};
     let folder = tempfile::tempdir().unwrap();
     let good = write_coupon(folder.path());

@@ -3,9 +3,9 @@
 
 mod commands;
 
-use pliant::fitting::compare::{candidates, compare};
-use pliant::fitting::coupon_file::{CouponFile, LawChoice};
-use pliant::fitting::record::{Fitted, fit_coupon};
+use pliant::fitting::coupon::compare::{candidates, compare};
+use pliant::fitting::coupon::file::{CouponFile, LawChoice};
+use pliant::fitting::coupon::record::{Fitted, fit_coupon};
 use pliant::material::law::Law;
 use std::path::Path;
 

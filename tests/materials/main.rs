@@ -5,8 +5,8 @@ mod curator;
 mod versions;
 mod writers;
 
-use pliant::fitting::coupon_file::CouponFile;
-use pliant::fitting::record::fit_coupon;
+use pliant::fitting::coupon::file::CouponFile;
+use pliant::fitting::coupon::record::fit_coupon;
 use pliant::material::database::Database;
 use pliant::material::homogeneous::{first_fold, uniaxial};
 use pliant::material::put::Change;

@@ -2,7 +2,7 @@
 
 use super::super::Answer;
 use super::super::terminal::{say, warn};
-use crate::fitting::coupon_file::{LawChoice, TestKind};
+use crate::fitting::coupon::file::{LawChoice, TestKind};
 use crate::fitting::stand_in::{StandIn, stand_in};
 use crate::material::database::Database;
 use crate::material::export::{ExportError, ExportedMaterial, Program};

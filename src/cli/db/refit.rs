@@ -6,12 +6,12 @@ use super::super::{fit_probe, stop};
 use super::{add, check, diff, warn_of_unknown};
 use crate::fem::measurement_set::MeasurementSet;
 use crate::fem::specimen::Specimen;
-use crate::fitting::coupon_file::CouponFile;
+use crate::fitting::coupon::file::CouponFile;
+use crate::fitting::coupon::record::fit_coupon;
 use crate::fitting::probe::fit::{self as probe, ProbeOptions};
 use crate::fitting::probe::press::{Bench, presses_of};
 use crate::fitting::probe::record::record as probe_record;
 use crate::fitting::probe::start::Symmetry;
-use crate::fitting::record::fit_coupon;
 use crate::material::check::check as findings_of;
 use crate::material::database::{Database, Entry};
 use crate::material::difference::Difference;
@@ -169,7 +169,7 @@ fn fitted_to_coupons(
     }
     let own = file.parent().unwrap_or(Path::new("."));
     let data = data.unwrap_or(own);
-    let lateral = |t: &crate::fitting::coupon_file::Test| t.lateral.as_ref().map(|l| l.file.clone());
+    let lateral = |t: &crate::fitting::coupon::file::Test| t.lateral.as_ref().map(|l| l.file.clone());
     let files = coupon
         .tests
         .iter()

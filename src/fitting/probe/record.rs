@@ -4,7 +4,7 @@ use super::errors::Errors;
 use super::fit::{ProbeFit, Tangential};
 use super::spread::WEAK;
 use crate::fem::measurement_set::{MeasurementSet, Origin};
-use crate::fitting::record::{check_pairs, rounded};
+use crate::fitting::coupon::record::{check_pairs, rounded};
 use crate::material::law::{Law, LawError};
 use crate::material::record::{MaterialRecord, Measurement, Model, SCHEMA, Uncertainty, significant};
 

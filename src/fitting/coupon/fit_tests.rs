@@ -217,7 +217,7 @@ fn a_centre_without_data_is_not_determined() {
     }
     let tests = [test];
     let fitted = fit_rbf(&tests, Poisson::Assumed(0.3), 5).unwrap();
-    let known = crate::fitting::coupon_uncertainty::knowledge(&fitted, &tests);
+    let known = crate::fitting::coupon::uncertainty::knowledge(&fitted, &tests);
     let determined: Vec<bool> = known.numbers.iter().map(|n| n.determined).collect();
     assert!(!determined[0], "{known:?}");
     assert!(determined[1..].iter().all(|d| *d), "{known:?}");

@@ -4,7 +4,7 @@
 //! negative; pick the loading branch of a cycle; take out the slack at the start, if asked; average over equal
 //! intervals of strain. Each refuses what it can't make sense of, with file, line and column.
 
-use super::coupon_file::{Branch, Column, Lateral, Measure, Test, TestKind};
+use super::file::{Branch, Column, Lateral, Measure, Test, TestKind};
 
 /// One test, ready to be fitted.
 #[derive(Clone, Debug, PartialEq)]

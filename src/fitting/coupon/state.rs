@@ -1,6 +1,6 @@
 //! The homogeneous state of a coupon in each kind of test: what the machine would read from a law.
 
-use super::coupon_file::TestKind;
+use super::file::TestKind;
 use crate::material::homogeneous::{
     confined_strain, confined_stress, equibiaxial, planar, shear_stress, simple_shear, uniaxial,
 };

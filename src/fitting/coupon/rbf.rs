@@ -18,9 +18,9 @@
 //!
 //! Validity: a law in Biot strain with constant ν near ½ keeps volume at small strains only; the record says so.
 
-use super::coupon::{CouponError, CouponTest, Family, Found, POISSON_BOUNDS, mean_log_shear};
-use super::coupon_file::{FittedPoisson, Poisson};
-use super::coupon_state::{guessed_strain, response};
+use super::file::{FittedPoisson, Poisson};
+use super::fit::{CouponError, CouponTest, Family, Found, POISSON_BOUNDS, mean_log_shear};
+use super::state::{guessed_strain, response};
 use crate::material::isotropic::{IsotropicRbf, invariants, shear_and_bulk};
 use crate::material::law::{Law, LawError, Range};
 use crate::numerics::least_squares::Options;

@@ -20,9 +20,9 @@
 //! ∂T/∂ε has a negative eigenvalue (of its symmetric part) on the path of a test before 1.5 times the range, or that
 //! was given nearly constant volume and does not keep it.
 
-use super::coupon::{CouponError, CouponFit, CouponTest, fit, points};
-use super::coupon_file::{LawChoice, Poisson, TestKind};
-use super::coupon_state::response;
+use super::file::{LawChoice, Poisson, TestKind};
+use super::fit::{CouponError, CouponFit, CouponTest, fit, points};
+use super::state::response;
 use crate::material::law::Law;
 use rayon::prelude::*;
 

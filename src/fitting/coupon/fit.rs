@@ -6,7 +6,7 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | θ | free numbers of a family of laws: [`super::coupon_rbf`], [`super::hyperelastic`] | |
+//! | θ | free numbers of a family of laws: [`super::rbf`], [`super::hyperelastic`] | |
 //! | P(ε; θ), P_i | nominal stress of the law in the homogeneous test and as measured | MPa |
 //! | e(a; θ), e_i | strain of the free side at strain a, from zero stress there, and as measured | – |
 //! | s_t, r_t | root mean square of the test's stress and lateral strain | MPa, – |
@@ -15,11 +15,11 @@
 //! No finite elements: the strain of a coupon is homogeneous. Levenberg–Marquardt, from one start or several as the
 //! family says. Held-out tests take no part.
 
-use super::coupon_file::{FittedPoisson, LawChoice, Poisson, TestKind};
-use super::coupon_rbf::{self, Rbf};
-use super::coupon_state::{response, slope_over_shear};
 use super::curve::Curve;
+use super::file::{FittedPoisson, LawChoice, Poisson, TestKind};
 use super::hyperelastic::{self, Stretching};
+use super::rbf::{self, Rbf};
+use super::state::{response, slope_over_shear};
 use crate::material::law::{Law, LawError};
 use crate::numerics::least_squares::{LeastSquaresError, Options, Outcome, Stop, minimise};
 
@@ -183,7 +183,7 @@ pub fn fit(
         Poisson::Fitted(_) => start_ratio(tests),
     };
     let found = match choice {
-        LawChoice::Rbf => coupon_rbf::solve(tests, poisson, centres, ratio)?,
+        LawChoice::Rbf => rbf::solve(tests, poisson, centres, ratio)?,
         _ => hyperelastic::solve(tests, poisson, choice, ratio)?,
     };
     let errors: Vec<TestError> = tests.iter().map(|t| test_error(&found.law, t)).collect();
@@ -359,5 +359,5 @@ fn engineering_range(tests: &[CouponTest]) -> [f64; 2] {
 }
 
 #[cfg(test)]
-#[path = "coupon_tests.rs"]
+#[path = "fit_tests.rs"]
 pub(super) mod tests;

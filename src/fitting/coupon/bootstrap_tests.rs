@@ -1,9 +1,9 @@
 //! The bands must hold the truth as often as they say.
 
 use super::*;
-use crate::fitting::coupon::fit;
-use crate::fitting::coupon::tests::measured;
-use crate::fitting::coupon_file::{LawChoice, Poisson, TestKind};
+use crate::fitting::coupon::file::{LawChoice, Poisson, TestKind};
+use crate::fitting::coupon::fit::fit;
+use crate::fitting::coupon::fit::tests::measured;
 use crate::material::hyperelastic::{Form, Hyperelastic};
 
 fn truth() -> Law {

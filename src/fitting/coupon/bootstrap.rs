@@ -16,8 +16,8 @@
 //! differ. Sources: Efron & Tibshirani 1993; Künsch 1989 and Politis & Romano 1992 for circular blocks.
 
 use super::compare::beyond;
-use super::coupon::{CouponFit, CouponTest, points, stress_errors};
-use super::coupon_state::response;
+use super::fit::{CouponFit, CouponTest, points, stress_errors};
+use super::state::response;
 use crate::material::law::Law;
 use crate::numerics::least_squares::Options;
 use rand::{Rng, SeedableRng};

@@ -8,7 +8,7 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | r, J | residuals of [`super::coupon`] without ties, and their derivatives by θ, central differences |
+//! | r, J | residuals of [`super::fit`] without ties, and their derivatives by θ, central differences |
 //! | T | derivatives of the ties |
 //! | g, n_g, σ_g² | a test's stresses, or its widths; how many; their variance |
 //! | n, p | all residuals; free parameters |
@@ -18,7 +18,7 @@
 //! may differ from test to test; residuals are taken as independent, which those of a smooth curve that misses a smooth
 //! curve are not: these errors are then too small, and [`super::bootstrap`] is the better answer.
 
-use super::coupon::{CouponFit, CouponTest, Family, residuals};
+use super::fit::{CouponFit, CouponTest, Family, residuals};
 use crate::material::law::Law;
 use nalgebra::{DMatrix, DVector};
 

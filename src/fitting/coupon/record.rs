@@ -1,9 +1,9 @@
 //! From a coupon file and its curves to a material record.
 
-use super::coupon::{CouponError, CouponFit, CouponTest, TestError, fit, test_error};
-use super::coupon_file::{CouponFile, LawChoice, Poisson, TestKind};
-use super::coupon_uncertainty::{Knowledge, knowledge};
 use super::curve::{Curve, CurveError, read_curve};
+use super::file::{CouponFile, LawChoice, Poisson, TestKind};
+use super::fit::{CouponError, CouponFit, CouponTest, TestError, fit, test_error};
+use super::uncertainty::{Knowledge, knowledge};
 use crate::material::homogeneous::{simple_shear, uniaxial};
 use crate::material::law::Law;
 use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty};
@@ -147,7 +147,7 @@ pub fn uncertainty(law: &Law, covariance: &[Vec<f64>], basis: String) -> Option<
     })
 }
 
-pub(super) fn rounded(x: f64, digits: i32) -> f64 {
+pub(in crate::fitting) fn rounded(x: f64, digits: i32) -> f64 {
     let scale = 10.0_f64.powi(digits);
     (x * scale).round() / scale
 }
@@ -257,7 +257,7 @@ fn about_poisson(model: LawChoice, poisson: Poisson, tests: &[CouponTest], law: 
 }
 
 /// A few strains over the range with the law's stress.
-pub(super) fn check_pairs(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
+pub(in crate::fitting) fn check_pairs(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
     let mut strains: Vec<Mandel> = Vec::new();
     for axial in [0.5 * low, low, 0.5 * high, high] {
         if axial != 0.0 {

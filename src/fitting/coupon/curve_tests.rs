@@ -1,7 +1,7 @@
 //! A small testing machine: curves written as text and read back.
 
 use super::*;
-use crate::fitting::coupon_file::CouponFile;
+use crate::fitting::coupon::file::CouponFile;
 use std::path::Path;
 
 fn test_of(extra: &str) -> Test {

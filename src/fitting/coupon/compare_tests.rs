@@ -1,7 +1,7 @@
 //! The law that made the data must come out first, and faults beyond the range must be seen.
 
 use super::*;
-use crate::fitting::coupon::tests::measured;
+use crate::fitting::coupon::fit::tests::measured;
 use crate::material::hyperelastic::{FoamTerm, Form, Hyperelastic, OgdenTerm, VolumeEnergy};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -10,7 +10,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 fn noisy(mut tests: Vec<CouponTest>, share: f64, seed: u64) -> Vec<CouponTest> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     for test in &mut tests {
-        let size = crate::fitting::coupon::rms(&test.curve.stress);
+        let size = crate::fitting::coupon::fit::rms(&test.curve.stress);
         for p in &mut test.curve.stress {
             // The sum of twelve uniform numbers is nearly normal, of variance one.
             let normal: f64 = (0..12).map(|_| rng.gen_range(-0.5..0.5)).sum();

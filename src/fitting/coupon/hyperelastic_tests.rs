@@ -1,10 +1,10 @@
 //! Known hyperelastic laws, fitted back from their own curves.
 
 use super::*;
-use crate::fitting::coupon::tests::measured;
-use crate::fitting::coupon::{CouponFit, fit};
-use crate::fitting::coupon_file::TestKind;
-use crate::fitting::coupon_uncertainty::knowledge;
+use crate::fitting::coupon::file::TestKind;
+use crate::fitting::coupon::fit::tests::measured;
+use crate::fitting::coupon::fit::{CouponFit, fit};
+use crate::fitting::coupon::uncertainty::knowledge;
 
 fn law_of(form: Form) -> Law {
     Law::Hyperelastic(Hyperelastic::new(form).unwrap())

@@ -23,9 +23,9 @@
 //! method, and the least sum of squares wins. Sources: Ogden, Saccomandi & Sgura 2004, Comput. Mech. 34, on the many
 //! minima of such fits; Storåkers 1986 for the foam.
 
-use super::coupon::{CouponError, CouponTest, Family, Found, POISSON_BOUNDS, mean_log_shear, residuals, rms};
-use super::coupon_file::{FittedPoisson, LawChoice, Poisson};
-use super::coupon_state::response;
+use super::file::{FittedPoisson, LawChoice, Poisson};
+use super::fit::{CouponError, CouponTest, Family, Found, POISSON_BOUNDS, mean_log_shear, residuals, rms};
+use super::state::response;
 use crate::material::hyperelastic::{FoamTerm, Form, Hyperelastic, OgdenTerm, VolumeEnergy};
 use crate::material::law::{Law, LawError};
 use crate::material::record::significant;
