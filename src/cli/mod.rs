@@ -40,7 +40,7 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Lists, shows and checks the materials of the database
     Db(db::Arguments),
-    /// Fits materials to coupon tests and writes their records
+    /// Fits materials to coupon tests, or to presses of a specimen, and writes their records
     Fit(fit::Arguments),
     /// Presses fine structures in the virtual laboratory and writes their measurement sets
     Measure(measure::Arguments),

@@ -10,7 +10,7 @@
 //! | N_a | shape function on the face | – |
 //!
 //! A disc over holes presses on the walls alone, so the same force means more pressure there. The integral is a sum over
-//! [`SAMPLES`]² spots of each element's face; octants without material do not count.
+//! 8 × 8 spots of each element's face; octants without material do not count.
 
 use super::bench::Face;
 use super::structure::Fine;

@@ -22,7 +22,7 @@ fn folder() -> PathBuf {
 
 /// A block three fifths as high as the one that was fitted. Walls, cut ends and the neighbourhood of the disc don't behave as
 /// their average: over the four presses of a structure the markers' errors stay below 10 % of their displacements (root mean
-/// squares), and below 12 % in each press alone (11.2 % where the widest tubes are pressed from the side).
+/// squares), and below 12 % in each press alone (11.3 % where the widest tubes are pressed from the side).
 #[test]
 fn records_of_tubes_predict_a_thinner_block() {
     let database = Database::open(&folder()).unwrap();

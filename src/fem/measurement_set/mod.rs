@@ -2,7 +2,7 @@
 //!
 //! The record that capture and the virtual laboratory hand to fitting. Rooms: [`text`] (the file as people write it), here
 //! reading and checking each value, [`plausible`] (whether the numbers make sense together: units, drift, outliers),
-//! [`write`] (a set as a file).
+//! [`mod@write`] (a set as a file).
 
 pub mod plausible;
 pub mod text;

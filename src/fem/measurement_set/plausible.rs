@@ -11,7 +11,7 @@
 //! | u_l, s | a component of a marker at level l; where F_l lies between its neighbours | mm, – |
 //!
 //! The first is a flat punch's stiffness on a half-space (Sneddon 1965) without its factor 1 − ν², right to a factor of two. A marker
-//! was misread where r stands out of all r of its example by [`OUTLIER`] robust standard deviations (median absolute deviation
+//! was misread where r stands out of all r of its example by eight robust standard deviations (median absolute deviation
 //! times 1.4826). What no soft object shows is refused; what is only odd is said, and fitted all the same.
 
 use super::{Experiment, MeasurementSet};

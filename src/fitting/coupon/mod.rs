@@ -2,7 +2,7 @@
 //!
 //! | room | holds |
 //! |---|---|
-//! | [`file`] | which tests make a material, as people write it |
+//! | [`mod@file`] | which tests make a material, as people write it |
 //! | [`curve`] | the file of a testing machine as strain and nominal stress |
 //! | [`state`] | what a law answers in each kind of test |
 //! | [`fit`] | a law fitted to all tests together |

@@ -8,7 +8,7 @@
 //! Tangential forces under the probe are estimated after the homogeneous law and after the rounds, each time in turns with
 //! fits, and are kept if the markers elsewhere are better for them.
 //!
-//! Each arrow but the first is a Levenberg–Marquardt minimisation of [`super::problem`]; a step to a law that the specimen does
+//! Each arrow but the first is a Levenberg–Marquardt minimisation of `problem.rs`; a step to a law that the specimen does
 //! not stand is refused and shortened. A fit of rounds ends when the centres stay where they are. Source: Bickel 2010, 8.3.
 
 use super::centres::{strains_met, with_range};
