@@ -33,7 +33,7 @@ fn difference(block: &Block, law: &Law, truth: &Law) -> f64 {
     displacement_error(&a, &b)
 }
 
-/// The demand: blocks of 12 and 50 mm and another probe, within 2 % of the largest displacement. Forces are such that
+/// What is demanded: blocks of 12 and 50 mm and another probe, within 2 % of the largest displacement. Forces are such that
 /// strains stay about where they were in the fit: 12 N on the thin block would go beyond, to just over 2 %.
 #[test]
 fn slow_other_thicknesses_and_another_probe_are_predicted() {

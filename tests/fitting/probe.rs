@@ -48,7 +48,7 @@ fn twin(truth: &Law, kind: Kind, presses: usize, noise: f64) -> (ProbeFit, Truth
     (fit, data, displacement)
 }
 
-/// The demand: 1 % of the stress over the strains met. The truth's centres are not among the fit's.
+/// What is demanded: 1 % of the stress over the strains met. The truth's centres are not among the fit's.
 #[test]
 fn slow_an_isotropic_law_is_recovered() {
     let truth = foam();
