@@ -6,10 +6,11 @@ use super::terminal::{say, warn};
 use crate::fitting::coupon::bootstrap::{Bootstrap, bootstrap};
 use crate::fitting::coupon::compare::{Comparison, candidates, compare};
 use crate::fitting::coupon::file::CouponFile;
-use crate::fitting::coupon::record::{Fitted, fit_coupon, uncertainty};
+use crate::fitting::coupon::record::{Fitted, fit_coupon};
 use crate::material::check::check;
 use crate::material::database::Database;
 use crate::material::put::{Change, Put};
+use crate::material::record::Uncertainty;
 use crate::numerics::least_squares::Stop;
 use crate::report::coupon_page::{Entry, page};
 use crate::report::coupon_plots::{error_plot, laws_plot, stress_plot};
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments, path: &Path, text: &str) -> miette::Result<Don
     };
     if let (Some(fit), Some(b)) = (&fitted.fit, &resampled) {
         let basis = format!("bootstrap of {}, seed {}", b.samples, arguments.seed);
-        fitted.record.uncertainty = uncertainty(&fit.law, &b.covariance, basis);
+        fitted.record.uncertainty = Uncertainty::of(&fit.law, &b.covariance, basis);
     }
     let record_text = fitted.record.to_toml().into_diagnostic()?;
     let findings = check(&fitted.record, &record_text);

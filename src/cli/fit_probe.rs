@@ -9,7 +9,7 @@ use crate::fem::measurement_set::MeasurementSet;
 use crate::fem::measurement_set::plausible::oddities;
 use crate::fem::specimen::Specimen;
 use crate::fitting::probe::fit::{ProbeFit, ProbeOptions, Step, fit};
-use crate::fitting::probe::press::{Bench, presses_of};
+use crate::fitting::probe::press::PressedSpecimen;
 use crate::fitting::probe::record::record;
 use crate::fitting::probe::start::Symmetry;
 use crate::material::check::check;
@@ -57,12 +57,8 @@ pub fn run(arguments: &Arguments, path: &Path) -> miette::Result<(Answer, Value)
         warn(&format!("warning: {}: {oddity}", path.display()));
     }
     let specimen = Specimen::new(&set).into_diagnostic()?;
-    let mut bench = Bench {
-        model: &specimen.model,
-        cell_of_point: &specimen.cell_of_point,
-        presses: presses_of(&set, &specimen),
-    };
-    let fitted = fitted(arguments, path, &set, &mut bench)?;
+    let mut pressed = PressedSpecimen::new(&set, &specimen);
+    let fitted = fitted(arguments, path, &set, &mut pressed)?;
     let record = record(&set, &fitted, recipe(path, &arguments.out)).into_diagnostic()?;
     if !arguments.json {
         report(&record, &fitted);
@@ -83,7 +79,7 @@ fn fitted(
     arguments: &Arguments,
     path: &Path,
     set: &MeasurementSet,
-    bench: &mut Bench,
+    pressed: &mut PressedSpecimen,
 ) -> miette::Result<ProbeFit> {
     let mut symmetry = Symmetry::of(&set.material);
     if arguments.energy {
@@ -117,7 +113,7 @@ fn fitted(
         ));
     };
     let cancelled = || flag.load(Ordering::Relaxed);
-    let found = fit(bench, symmetry, &options, &cancelled, &mut news);
+    let found = fit(pressed, symmetry, &options, &cancelled, &mut news);
     bar.finish_and_clear();
     found
         .into_diagnostic()

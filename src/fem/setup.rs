@@ -2,6 +2,7 @@
 //! Each is read with the unit of every number and turned into the plain data that the solver takes; mistakes are
 //! answered with their place in the file.
 
+use super::elements::VolumetricStrain;
 use super::example::{Contact, Example};
 use super::model::Constrained;
 use crate::geometry::axis::Axis;
@@ -137,20 +138,44 @@ pub fn positive_length(document: &Document, text: &Spanned<String>) -> Result<f6
     ))
 }
 
+/// "shared" or "pointwise": how elements sample their volumetric strain.
+///
+/// # Errors
+/// [`Mistake`] at another word's place.
+pub fn volumetric_strain(document: &Document, text: &Spanned<String>) -> Result<VolumetricStrain, Mistake> {
+    match text.get_ref().as_str() {
+        "shared" => Ok(VolumetricStrain::Shared),
+        "pointwise" => Ok(VolumetricStrain::Pointwise),
+        other => {
+            let message =
+                format!("found volumetric_strain = {other:?}, expected \"shared\" or \"pointwise\"");
+            Err(document.mistake(&text.span(), message))
+        }
+    }
+}
+
+/// The unit of a file's numbers, where one is written.
+///
+/// # Errors
+/// [`Mistake`] at the text's place.
+pub fn length_unit(
+    document: &Document,
+    text: &Option<Spanned<String>>,
+) -> Result<Option<LengthUnit>, Mistake> {
+    let read = |text: &Spanned<String>| {
+        let wrong = |e: UnitError| document.mistake(&text.span(), e.to_string());
+        text.get_ref().parse().map_err(wrong)
+    };
+    text.as_ref().map(read).transpose()
+}
+
 impl ObjectText {
     /// Reads the surface.
     ///
     /// # Errors
     /// [`Mistake`]: a file that cannot be read, an implausible size, a surface with no inside.
     pub fn read(&self, document: &Document) -> Result<Object, Mistake> {
-        let unit = match &self.unit {
-            None => None,
-            Some(text) => Some(
-                text.get_ref()
-                    .parse::<LengthUnit>()
-                    .map_err(|e| document.mistake(&text.span(), e.to_string()))?,
-            ),
-        };
+        let unit = length_unit(document, &self.unit)?;
         let path = document.resolve(self.mesh.get_ref());
         let fail = |message: String| document.mistake(&self.mesh.span(), message);
         read_object(&path, unit).map_err(fail)

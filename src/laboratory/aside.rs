@@ -4,8 +4,8 @@
 //! depends on: structure, base material, supports, markers, the press itself, this program's version. What has another checksum
 //! is computed again.
 
-use super::bench::{Laboratory, Probe};
 use super::measure::Press;
+use super::read::{Laboratory, Probe};
 use super::set::fixed;
 use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};

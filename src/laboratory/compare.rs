@@ -11,7 +11,7 @@
 //! | v, v̂ | mean displacement under the probe | mm |
 
 use super::measure::Press;
-use crate::fem::equilibrium::{Load, Options, Solver};
+use crate::fem::equilibrium::{Options, Solver};
 use crate::fem::example::Sensor;
 use crate::fem::measurement_set::{Experiment, MeasurementSet};
 use crate::fem::specimen::{Specimen, SpecimenError};
@@ -81,10 +81,7 @@ pub fn compare(
     let mut errors = Vec::new();
     for (experiment, wired) in set.experiments.iter().zip(&specimen.experiments) {
         let full = experiment.forces.last().copied().unwrap_or_else(Vec3::zeros);
-        let load = Load {
-            forces: wired.shares.iter().map(|s| full * *s).collect(),
-            prescribed: None,
-        };
+        let load = wired.load(&full);
         let factors: Vec<f64> = experiment.forces.iter().map(|f| f.norm() / full.norm()).collect();
         let curve = solver.curve(&materials, &load, &factors, options, &|| false);
         let press = presses.iter().find(|p| p.name == experiment.name);

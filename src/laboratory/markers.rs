@@ -3,8 +3,8 @@
 //! A grid of spots is laid over a face; each becomes a marker at the nearest place with material, as a marker cannot be glued
 //! into a hole. A spot with no material within half a step of the grid gets none, and no place gets two.
 
-use super::bench::{Face, MarkerGrid};
 use super::patch::outer_faces;
+use super::read::{Face, MarkerGrid};
 use super::structure::Fine;
 use crate::fem::example::Sensor;
 use crate::geometry::closest::closest_on_triangle;

@@ -12,9 +12,9 @@
 //!
 //! Each press starts from rest, so presses do not depend on one another, nor on how many run side by side.
 
-use super::bench::Laboratory;
 use super::markers::{Marker, markers};
 use super::patch::shares;
+use super::read::Laboratory;
 use crate::fem::elements::VolumetricStrain;
 use crate::fem::equilibrium::{Load, Options, Solver, Stop};
 use crate::fem::forces::Materials;

@@ -7,7 +7,7 @@
 //! | room | holds |
 //! |---|---|
 //! | [`text`] | the file as people write it |
-//! | [`bench`](mod@bench) | the file read and checked: [`bench::Laboratory`] |
+//! | [`read`] | the file read and checked: [`read::Laboratory`] |
 //! | [`structure`] | the fine mesh: tubes, a repeated surface, a repeated voxel image, a solid block |
 //! | [`patch`], [`markers`] | the probe's force and the markers on the fine mesh |
 //! | [`measure`](mod@measure) | the presses, simulated |
@@ -17,12 +17,13 @@
 //! | [`compare`](mod@compare) | a homogeneous material held against the fine structure |
 
 pub mod aside;
-pub mod bench;
+
 pub mod compare;
 pub mod markers;
 pub mod measure;
 pub mod noise;
 pub mod patch;
+pub mod read;
 pub mod set;
 pub mod structure;
 pub mod text;

@@ -1,6 +1,6 @@
 //! Seeded errors of measurement: independent, normally distributed, of zero mean, by the transform of Box and Muller (1958).
 
-use super::bench::Noise;
+use super::read::Noise;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::f64::consts::TAU;

@@ -12,7 +12,7 @@
 //! A disc over holes presses on the walls alone, so the same force means more pressure there. The integral is a sum over
 //! 8 × 8 spots of each element's face; octants without material do not count.
 
-use super::bench::Face;
+use super::read::Face;
 use super::structure::Fine;
 use crate::fem::example::Contact;
 use crate::geometry::boundary::{BoundaryFace, boundary_faces};

@@ -1,9 +1,9 @@
 //! The measurement set of a laboratory's presses.
 
-use super::bench::Laboratory;
 use super::markers::Marker;
 use super::measure::Press;
 use super::noise::Errors;
+use super::read::Laboratory;
 use crate::fem::example::MeasuredPoint;
 use crate::fem::measurement_set::write::{BlockSet, BlockSpecimen};
 use crate::fem::measurement_set::{Experiment, Origin};

@@ -1,9 +1,9 @@
-//! A laboratory as people write it. `docs/formats.md` explains every key; [`super::bench`] checks the values.
+//! A laboratory as people write it. `docs/formats.md` explains every key; [`super::read`] checks the values.
 
+use crate::fem::measurement_set::card::MaterialText;
 use crate::fem::setup::{ContactText, FixedText};
 use crate::geometry::shapes::TubeArray;
 use crate::material::law_text::LawText;
-use crate::material::record::{Kind, Printability, Source};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -14,7 +14,7 @@ pub struct LaboratoryText {
     /// Version of this format.
     pub schema: Spanned<u32>,
     /// What the record of the structure, seen as one material, is to say.
-    pub material: Spanned<CardText>,
+    pub material: Spanned<MaterialText>,
     /// What the structure is made of.
     pub base: Spanned<BaseText>,
     /// The structure, one of four: tubes,
@@ -35,29 +35,6 @@ pub struct LaboratoryText {
     pub probe: Spanned<Vec<ProbeText>>,
     /// Errors of measurement; none if absent.
     pub noise: Option<NoiseText>,
-}
-
-/// `[material]`: the card of the structure's record.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CardText {
-    /// Id of the record and of the set.
-    pub id: Spanned<String>,
-    /// The name for people.
-    pub name: String,
-    /// Isotropic, or transversely isotropic.
-    pub kind: Kind,
-    /// The axis of a transversely isotropic structure; z if absent.
-    pub axis: Option<Spanned<[f64; 3]>>,
-    /// Display colour, `#rrggbb`.
-    pub colour: Spanned<String>,
-    /// What is assumed.
-    #[serde(default)]
-    pub assumptions: Vec<String>,
-    /// How it is made.
-    pub printability: Printability,
-    /// Where the numbers of the base material and the structure come from.
-    pub source: Source,
 }
 
 /// `[base]`: a record of the database, or a law in place with its density.

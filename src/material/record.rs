@@ -391,6 +391,12 @@ impl MaterialRecord {
     }
 }
 
+/// `x` rounded to so many digits after the point.
+pub fn rounded(x: f64, digits: i32) -> f64 {
+    let scale = 10.0_f64.powi(digits);
+    (x * scale).round() / scale
+}
+
 /// `x` rounded to so many significant digits.
 pub fn significant(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)

@@ -1,11 +1,16 @@
 //! Between a record's numbers and the law that they stand for.
 
 use super::energy::EnergyRbf;
+use super::homogeneous::{simple_shear, uniaxial};
 use super::hyperelastic::Hyperelastic;
 use super::isotropic::IsotropicRbf;
 use super::law::{Law, LawError, Range};
-use super::record::{Centre, Formulation, Kind, MaterialRecord, Model, ModelRange, RecordError, significant};
+use super::record::{
+    Centre, CheckPair, Formulation, Kind, MaterialRecord, Model, ModelRange, RecordError, Uncertainty,
+    rounded, significant,
+};
 use super::transverse::{TransverseModuli, TransverseRbf};
+use crate::math::mandel::Mandel;
 use crate::math::multiquadric::Multiquadric;
 use crate::math::rbf::LinearRbf;
 
@@ -208,6 +213,48 @@ fn rows<const D: usize, const V: usize>(
         weights: w.to_vec(),
     };
     centres.iter().zip(weights).map(centre).collect()
+}
+
+impl CheckPair {
+    /// A few strains over a range of engineering strain with the stresses that `law`, its axis along z, answers.
+    pub fn over(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
+        let mut strains: Vec<Mandel> = Vec::new();
+        for axial in [0.5 * low, low, 0.5 * high, high] {
+            if axial != 0.0 {
+                strains.push(uniaxial(law, axial).strain());
+            }
+        }
+        strains.push(simple_shear(0.2).0);
+        strains.push(Mandel::new(-0.1, 0.05, 0.02, 0.04, -0.03, 0.06));
+        strains
+            .into_iter()
+            .map(|strain| {
+                // Rounded first, so that the stress belongs to the strain that the file shows.
+                let strain = strain.map(|x| rounded(x, 6));
+                let stress = law.stress(&strain).map(|x| significant(x, 12));
+                CheckPair {
+                    strain: strain.into(),
+                    stress_mpa: stress.into(),
+                }
+            })
+            .collect()
+    }
+}
+
+impl Uncertainty {
+    /// A covariance `(n × n)` of the parameters of `law` as a record shows it, to six digits; none if it is not finite.
+    pub fn of(law: &Law, covariance: &[Vec<f64>], basis: String) -> Option<Uncertainty> {
+        let six = |x: &f64| significant(*x, 6);
+        let finite = covariance.iter().flatten().all(|x| x.is_finite());
+        (finite && !covariance.is_empty()).then(|| Uncertainty {
+            parameters: law.parameters().into_iter().map(|p| p.name).collect(),
+            covariance: covariance
+                .iter()
+                .map(|row| row.iter().map(six).collect())
+                .collect(),
+            basis,
+        })
+    }
 }
 
 #[cfg(test)]

@@ -29,6 +29,23 @@ pub struct Document {
 }
 
 impl Document {
+    /// Reads the file's text.
+    ///
+    /// # Errors
+    /// [`Mistake`] if the file cannot be read.
+    pub fn open(file: &Path) -> Result<Document, Mistake> {
+        let unreadable = |e: std::io::Error| Mistake {
+            file: file.to_path_buf(),
+            line: 1,
+            column: 1,
+            message: format!("cannot be read: {e}"),
+        };
+        Ok(Document {
+            file: file.to_path_buf(),
+            text: std::fs::read_to_string(file).map_err(unreadable)?,
+        })
+    }
+
     /// Reads the text as a `T`.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 
 use crate::laws::{fibres, foam, hyperfoam, rubber};
 use crate::probe::fitted;
-use crate::twin::{Block, bench, displacement_error, measure, stress_error};
+use crate::twin::{Block, displacement_error, measure, pressed, stress_error};
 use pliant::fem::specimen::Specimen;
 use pliant::fitting::probe::centres::Met;
 use pliant::fitting::probe::fit::{ProbeFit, ProbeOptions};
@@ -64,9 +64,9 @@ fn twin_by_hand() {
     };
     let set = block.set(kind, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
+    let mut pressed = pressed(&set, &specimen);
     let began = std::time::Instant::now();
-    let data = measure(&mut bench, &truth, number("NOISE", 0.0), 7);
+    let data = measure(&mut pressed, &truth, number("NOISE", 0.0), 7);
     println!(
         "{} unknowns, truth in {:.1} s",
         specimen.model.unknowns(),
@@ -93,7 +93,7 @@ fn twin_by_hand() {
     if number("ENERGY", 0.0) > 0.0 {
         symmetry.formulation = Formulation::Energy;
     }
-    let fit = fitted(&mut bench, symmetry, &options);
+    let fit = fitted(&mut pressed, symmetry, &options);
     println!("floor {:.3} %", 100.0 * floor(&truth, &data.met));
     print(&fit);
     println!(
@@ -106,8 +106,8 @@ fn twin_by_hand() {
             println!("  {name}: ± {d:.4}");
         }
     }
-    let all: Vec<usize> = (0..bench.presses.len()).collect();
-    let predicted = bench.equilibria(&fit.law, &all, &|| false).unwrap();
+    let all: Vec<usize> = (0..pressed.presses.len()).collect();
+    let predicted = pressed.equilibria(&fit.law, &all, &|| false).unwrap();
     println!(
         "displacements {:.3} %",
         100.0 * displacement_error(&predicted, &data.equilibria)

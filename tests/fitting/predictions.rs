@@ -2,7 +2,7 @@
 
 use crate::laws::{foam, rubber};
 use crate::probe::{fitted, plain};
-use crate::twin::{Block, bench, displacement_error, measure};
+use crate::twin::{Block, displacement_error, measure, pressed};
 use pliant::fem::elements::VolumetricStrain;
 use pliant::fem::equilibrium::{Load, Options, Solver, Stop};
 use pliant::fem::forces::Materials;
@@ -18,18 +18,18 @@ fn fitted_to(truth: &Law) -> Law {
     let block = Block::standard([6, 5, 4], 6, 4, 12.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    measure(&mut bench, truth, 0.0, 7);
-    fitted(&mut bench, Symmetry::of(&set.material), &plain()).law
+    let mut pressed = pressed(&set, &specimen);
+    measure(&mut pressed, truth, 0.0, 7);
+    fitted(&mut pressed, Symmetry::of(&set.material), &plain()).law
 }
 
 /// Largest difference of the displacements of a block under the two laws, as a share of the largest displacement.
 fn difference(block: &Block, law: &Law, truth: &Law) -> f64 {
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let bench = bench(&set, &specimen);
-    let all: Vec<usize> = (0..bench.presses.len()).collect();
-    let [a, b] = [law, truth].map(|law| bench.equilibria(law, &all, &|| false).unwrap());
+    let pressed = pressed(&set, &specimen);
+    let all: Vec<usize> = (0..pressed.presses.len()).collect();
+    let [a, b] = [law, truth].map(|law| pressed.equilibria(law, &all, &|| false).unwrap());
     displacement_error(&a, &b)
 }
 
@@ -71,7 +71,7 @@ fn slow_a_stack_of_two_fitted_materials_is_predicted() {
     let block = Block::standard([6, 5, 4], 4, 3, 12.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let bench = bench(&set, &specimen);
+    let pressed = pressed(&set, &specimen);
     let mesh = &set.mesh;
     let per = specimen.model.parts.points_per_element();
     let cells: Vec<u16> = (0..mesh.elements.len())
@@ -100,7 +100,7 @@ fn slow_a_stack_of_two_fitted_materials_is_predicted() {
             assert_eq!(curve.stop, Stop::Converged);
             curve.levels
         };
-        bench.presses.iter().map(press).collect()
+        pressed.presses.iter().map(press).collect()
     };
     let truth = answer(&truths);
     let own = displacement_error(&answer(&laws), &truth);

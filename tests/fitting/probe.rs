@@ -1,10 +1,10 @@
 //! Fits to presses: twins whose material is known.
 
 use crate::laws::{fibres, foam, rubber};
-use crate::twin::{Block, Truth, bench, displacement_error, measure, stress_error};
+use crate::twin::{Block, Truth, displacement_error, measure, pressed, stress_error};
 use pliant::fem::specimen::Specimen;
 use pliant::fitting::probe::fit::{ProbeError, ProbeFit, ProbeOptions, Tangential, fit};
-use pliant::fitting::probe::press::Bench;
+use pliant::fitting::probe::press::PressedSpecimen;
 use pliant::fitting::probe::start::Symmetry;
 use pliant::material::law::Law;
 use pliant::material::record::Kind;
@@ -19,9 +19,9 @@ pub fn plain() -> ProbeOptions {
     }
 }
 
-pub fn fitted(bench: &mut Bench, symmetry: Symmetry, options: &ProbeOptions) -> ProbeFit {
+pub fn fitted(pressed: &mut PressedSpecimen, symmetry: Symmetry, options: &ProbeOptions) -> ProbeFit {
     let mut told = 0;
-    let fit = fit(bench, symmetry, options, &|| false, &mut |_| told += 1).unwrap();
+    let fit = fit(pressed, symmetry, options, &|| false, &mut |_| told += 1).unwrap();
     assert!(told >= fit.rounds.len());
     fit
 }
@@ -31,11 +31,11 @@ fn twin(truth: &Law, kind: Kind, presses: usize, noise: f64) -> (ProbeFit, Truth
     let block = Block::standard([6, 5, 3], presses, 4, 12.0);
     let set = block.set(kind, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    let data = measure(&mut bench, truth, noise, 7);
-    let fit = fitted(&mut bench, Symmetry::of(&set.material), &plain());
-    let all: Vec<usize> = (0..bench.presses.len()).collect();
-    let answer = bench.equilibria(&fit.law, &all, &|| false).unwrap();
+    let mut pressed = pressed(&set, &specimen);
+    let data = measure(&mut pressed, truth, noise, 7);
+    let fit = fitted(&mut pressed, Symmetry::of(&set.material), &plain());
+    let all: Vec<usize> = (0..pressed.presses.len()).collect();
+    let answer = pressed.equilibria(&fit.law, &all, &|| false).unwrap();
     let displacement = displacement_error(&answer, &data.equilibria);
     let stress = stress_error(&fit.law, truth, &data.met);
     println!(
@@ -113,11 +113,11 @@ fn lost_markers_and_held_out_examples_take_no_part() {
     let block = Block::standard([6, 5, 3], 4, 3, 10.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    let data = measure(&mut bench, &truth, 0.0, 7);
-    bench.presses[3].held_out = true;
+    let mut pressed = pressed(&set, &specimen);
+    let data = measure(&mut pressed, &truth, 0.0, 7);
+    pressed.presses[3].held_out = true;
     let mut lost = 0;
-    for press in &mut bench.presses[..3] {
+    for press in &mut pressed.presses[..3] {
         for (level, readings) in press.readings.iter_mut().enumerate() {
             for (c, reading) in readings.iter_mut().enumerate() {
                 if (c / 3 + 2 * level) % 5 == 0 {
@@ -128,7 +128,7 @@ fn lost_markers_and_held_out_examples_take_no_part() {
         }
     }
     // Nonsense in a held-out example must not touch the law.
-    let one = fitted(&mut bench, Symmetry::of(&set.material), &plain());
+    let one = fitted(&mut pressed, Symmetry::of(&set.material), &plain());
     assert_eq!(one.readings, 3 * 3 * 65 * 3 - lost);
     let errors = one.held_out.as_ref().unwrap().as_ref().unwrap();
     assert!(errors.relative() < 0.005, "{}", errors.relative());
@@ -142,12 +142,12 @@ fn lost_markers_and_held_out_examples_take_no_part() {
         .filter(|e| e.is_none())
         .count();
     assert!(lost_at > 0 && lost_at < 3);
-    bench.presses[3]
+    pressed.presses[3]
         .readings
         .iter_mut()
         .flatten()
         .for_each(|r| *r = Some(1e3));
-    let two = fitted(&mut bench, Symmetry::of(&set.material), &plain());
+    let two = fitted(&mut pressed, Symmetry::of(&set.material), &plain());
     assert_eq!(one.law, two.law);
     assert!(stress_error(&one.law, &truth, &data.met) < 0.02);
 }
@@ -164,9 +164,9 @@ fn threads_do_not_change_the_law() {
             .build()
             .unwrap();
         pool.install(|| {
-            let mut bench = bench(&set, &specimen);
-            measure(&mut bench, &foam(), 0.01, 3);
-            fitted(&mut bench, Symmetry::of(&set.material), &plain()).law
+            let mut pressed = pressed(&set, &specimen);
+            measure(&mut pressed, &foam(), 0.01, 3);
+            fitted(&mut pressed, Symmetry::of(&set.material), &plain()).law
         })
     };
     assert_eq!(on(1), on(3));
@@ -181,15 +181,15 @@ fn the_bootstrap_agrees_with_the_covariance() {
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
     let fit_with = |bootstrap: usize| {
-        let mut bench = bench(&set, &specimen);
-        let data = measure(&mut bench, &truth, 0.01, 11);
+        let mut pressed = pressed(&set, &specimen);
+        let data = measure(&mut pressed, &truth, 0.01, 11);
         let options = ProbeOptions {
             bootstrap,
             centres: Some(3),
             ..plain()
         };
-        let fit = fitted(&mut bench, Symmetry::of(&set.material), &options);
-        let paths: Vec<f64> = bench
+        let fit = fitted(&mut pressed, Symmetry::of(&set.material), &options);
+        let paths: Vec<f64> = pressed
             .presses
             .iter()
             .zip(&data.equilibria)
@@ -234,13 +234,13 @@ fn says_what_a_single_path_does_not_determine() {
         experiment.deviations_mm.truncate(1);
     }
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    measure(&mut bench, &truth, 0.01, 5);
+    let mut pressed = pressed(&set, &specimen);
+    measure(&mut pressed, &truth, 0.01, 5);
     let options = ProbeOptions {
         centres: Some(2),
         ..plain()
     };
-    let fit = fitted(&mut bench, Symmetry::of(&set.material), &options);
+    let fit = fitted(&mut pressed, Symmetry::of(&set.material), &options);
     let spread = fit.spread.unwrap();
     let weak = spread
         .deviations
@@ -259,12 +259,12 @@ fn readings_that_make_no_fit_are_named() {
     let block = Block::standard([3, 3, 2], 2, 2, 6.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
+    let mut pressed = pressed(&set, &specimen);
     let symmetry = Symmetry::of(&set.material);
-    let refused = |bench: &mut Bench, options: &ProbeOptions| {
-        fit(bench, symmetry, options, &|| false, &mut |_| {}).unwrap_err()
+    let refused = |pressed: &mut PressedSpecimen, options: &ProbeOptions| {
+        fit(pressed, symmetry, options, &|| false, &mut |_| {}).unwrap_err()
     };
-    let none = refused(&mut bench, &plain());
+    let none = refused(&mut pressed, &plain());
     assert_eq!(
         none,
         ProbeError::Nothing {
@@ -272,8 +272,8 @@ fn readings_that_make_no_fit_are_named() {
             empty: 2
         }
     );
-    measure(&mut bench, &foam(), 0.0, 1);
-    for press in &mut bench.presses {
+    measure(&mut pressed, &foam(), 0.0, 1);
+    for press in &mut pressed.presses {
         press
             .readings
             .iter_mut()
@@ -281,15 +281,15 @@ fn readings_that_make_no_fit_are_named() {
             .flatten()
             .for_each(|x| *x = -*x);
     }
-    assert_eq!(refused(&mut bench, &plain()), ProbeError::Backwards);
+    assert_eq!(refused(&mut pressed, &plain()), ProbeError::Backwards);
     let options = ProbeOptions {
         centres: Some(0),
         ..plain()
     };
-    let error = refused(&mut bench, &options);
+    let error = refused(&mut pressed, &options);
     assert!(error.to_string().contains("centres = 0"), "{error}");
-    bench.presses[1].deviations[0][2] = 0.0;
-    let error = refused(&mut bench, &plain());
+    pressed.presses[1].deviations[0][2] = 0.0;
+    let error = refused(&mut pressed, &plain());
     assert!(error.to_string().contains("press 2"), "{error}");
 }
 
@@ -299,15 +299,15 @@ fn a_stopped_fit_keeps_the_best_so_far() {
     let block = Block::standard([4, 3, 2], 2, 2, 8.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    measure(&mut bench, &foam(), 0.0, 1);
+    let mut pressed = pressed(&set, &specimen);
+    measure(&mut pressed, &foam(), 0.0, 1);
     let told = std::sync::atomic::AtomicUsize::new(0);
     let asked = || told.load(std::sync::atomic::Ordering::Relaxed) >= 6;
     let mut news = |_: &_| {
         told.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     };
     let stopped = fit(
-        &mut bench,
+        &mut pressed,
         Symmetry::of(&set.material),
         &plain(),
         &asked,

@@ -1,7 +1,7 @@
 //! `pliant fit` on a measurement set, end to end.
 
 use crate::laws::foam;
-use crate::twin::{Block, bench, measure};
+use crate::twin::{Block, measure, pressed};
 use assert_cmd::Command;
 use pliant::fem::measurement_set::MeasurementSet;
 use pliant::fem::specimen::Specimen;
@@ -76,9 +76,9 @@ fn folder() -> tempfile::TempDir {
     write_tables(&|_, l, _| 0.1 * (l + 1) as f64);
     let set = MeasurementSet::open(&file).unwrap();
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    measure(&mut bench, &foam(), 0.002, 3);
-    write_tables(&|k, l, c| bench.presses[k].readings[l][c].unwrap());
+    let mut pressed = pressed(&set, &specimen);
+    measure(&mut pressed, &foam(), 0.002, 3);
+    write_tables(&|k, l, c| pressed.presses[k].readings[l][c].unwrap());
     folder
 }
 

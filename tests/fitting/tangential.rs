@@ -2,7 +2,7 @@
 
 use crate::laws::foam;
 use crate::probe::{fitted, plain};
-use crate::twin::{Block, bench, measure, stress_error};
+use crate::twin::{Block, measure, pressed, stress_error};
 use pliant::fem::specimen::Specimen;
 use pliant::fitting::probe::fit::{ProbeOptions, Tangential};
 use pliant::fitting::probe::start::Symmetry;
@@ -17,9 +17,9 @@ fn slow_missing_tangential_forces_are_found_and_put_back() {
     let block = Block::standard([6, 5, 3], 4, 3, 10.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
+    let mut pressed = pressed(&set, &specimen);
     let mut held = Vec::new();
-    for (k, press) in bench.presses.iter_mut().enumerate() {
+    for (k, press) in pressed.presses.iter_mut().enumerate() {
         let [a, b] = press.across();
         let turn = 1.3 * k as f64;
         let direction = a * turn.cos() + b * turn.sin();
@@ -28,14 +28,14 @@ fn slow_missing_tangential_forces_are_found_and_put_back() {
         }
         held.push(press.tangential.clone());
     }
-    let data = measure(&mut bench, &truth, 0.001, 7);
-    for press in &mut bench.presses {
+    let data = measure(&mut pressed, &truth, 0.001, 7);
+    for press in &mut pressed.presses {
         press.tangential.fill(Vec3::zeros());
     }
     let symmetry = Symmetry::of(&set.material);
-    let without = fitted(&mut bench.clone(), symmetry, &plain());
+    let without = fitted(&mut pressed.clone(), symmetry, &plain());
     let options = ProbeOptions::default();
-    let with = fitted(&mut bench, symmetry, &options);
+    let with = fitted(&mut pressed, symmetry, &options);
     let [before, after] = [&without, &with].map(|f| stress_error(&f.law, &truth, &data.met));
     println!(
         "stress {:.2} % without, {:.2} % with; displacements {:.3} % and {:.3} %",
@@ -62,12 +62,16 @@ fn noise_makes_no_tangential_forces() {
     let block = Block::standard([4, 3, 2], 3, 2, 8.0);
     let set = block.set(Kind::Isotropic, Vec3::z());
     let specimen = Specimen::new(&set).unwrap();
-    let mut bench = bench(&set, &specimen);
-    measure(&mut bench, &foam(), 0.01, 5);
-    let fit = fitted(&mut bench, Symmetry::of(&set.material), &ProbeOptions::default());
+    let mut pressed = pressed(&set, &specimen);
+    measure(&mut pressed, &foam(), 0.01, 5);
+    let fit = fitted(
+        &mut pressed,
+        Symmetry::of(&set.material),
+        &ProbeOptions::default(),
+    );
     assert_eq!(fit.tangential, Tangential::Dropped);
     assert!(
-        bench
+        pressed
             .presses
             .iter()
             .flat_map(|p| &p.tangential)

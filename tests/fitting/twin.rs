@@ -5,7 +5,7 @@ use pliant::fem::example::{Contact, MeasuredPoint};
 use pliant::fem::measurement_set::{Experiment, MaterialCard, MeasurementSet, Origin};
 use pliant::fem::specimen::Specimen;
 use pliant::fitting::probe::centres::{Met, strains_met};
-use pliant::fitting::probe::press::{Bench, Levels, presses_of};
+use pliant::fitting::probe::press::{Levels, PressedSpecimen};
 use pliant::geometry::volume::VolumeMesh;
 use pliant::material::law::Law;
 use pliant::material::record::{Kind, Printability, Source};
@@ -136,7 +136,7 @@ fn card(kind: Kind, axis: Vec3) -> MaterialCard {
     }
 }
 
-/// What a law does on a bench.
+/// What a law does on a pressed.
 pub struct Truth {
     pub equilibria: Vec<Levels>,
     pub met: Vec<Met>,
@@ -144,14 +144,14 @@ pub struct Truth {
 
 /// Simulates the truth and writes its readings, with normal noise of `noise` times the largest displacement of each level
 /// on every component, into the presses.
-pub fn measure(bench: &mut Bench, truth: &Law, noise: f64, seed: u64) -> Truth {
-    let all: Vec<usize> = (0..bench.presses.len()).collect();
-    let equilibria = bench
+pub fn measure(pressed: &mut PressedSpecimen, truth: &Law, noise: f64, seed: u64) -> Truth {
+    let all: Vec<usize> = (0..pressed.presses.len()).collect();
+    let equilibria = pressed
         .equilibria(truth, &all, &|| false)
         .expect("the block stands the truth");
-    let met = strains_met(bench, truth, &equilibria);
+    let met = strains_met(pressed, truth, &equilibria);
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    for (press, levels) in bench.presses.iter_mut().zip(&equilibria) {
+    for (press, levels) in pressed.presses.iter_mut().zip(&equilibria) {
         for (level, u) in levels.iter().enumerate() {
             let read = press.read(u);
             let size = read
@@ -173,13 +173,9 @@ pub fn normal(random: &mut impl Rng) -> f64 {
     (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
-/// The bench of a set.
-pub fn bench<'a>(set: &MeasurementSet, specimen: &'a Specimen) -> Bench<'a> {
-    Bench {
-        model: &specimen.model,
-        cell_of_point: &specimen.cell_of_point,
-        presses: presses_of(set, specimen),
-    }
+/// The pressed of a set.
+pub fn pressed<'a>(set: &MeasurementSet, specimen: &'a Specimen) -> PressedSpecimen<'a> {
+    PressedSpecimen::new(set, specimen)
 }
 
 /// Root mean square of the stress error over the strains that the truth met, by volume, as a share of that of the stress.

@@ -2,9 +2,9 @@
 
 use pliant::fem::equilibrium::Options;
 use pliant::fem::measurement_set::{MeasurementSet, Origin};
-use pliant::laboratory::bench::Laboratory;
 use pliant::laboratory::compare::compare;
 use pliant::laboratory::measure::Wired;
+use pliant::laboratory::read::Laboratory;
 use pliant::laboratory::set::measurement_set;
 use pliant::material::database::Database;
 use std::path::{Path, PathBuf};

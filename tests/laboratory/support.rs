@@ -1,6 +1,6 @@
 //! Small laboratories as text, read.
 
-use pliant::laboratory::bench::Laboratory;
+use pliant::laboratory::read::Laboratory;
 use pliant::units::document::Document;
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use crate::fem::specimen::Specimen;
 use crate::fitting::coupon::file::CouponFile;
 use crate::fitting::coupon::record::fit_coupon;
 use crate::fitting::probe::fit::{self as probe, ProbeOptions};
-use crate::fitting::probe::press::{Bench, presses_of};
+use crate::fitting::probe::press::PressedSpecimen;
 use crate::fitting::probe::record::record as probe_record;
 use crate::fitting::probe::start::Symmetry;
 use crate::material::check::check as findings_of;
@@ -120,17 +120,13 @@ fn fitted_to_presses(file: &Path, record: &MaterialRecord) -> miette::Result<Mat
         return Err(other_id(file, &set.material.id, &record.id));
     }
     let specimen = Specimen::new(&set).into_diagnostic()?;
-    let mut bench = Bench {
-        model: &specimen.model,
-        cell_of_point: &specimen.cell_of_point,
-        presses: presses_of(&set, &specimen),
-    };
+    let mut pressed = PressedSpecimen::new(&set, &specimen);
     let mut symmetry = Symmetry::of(&set.material);
     symmetry.formulation = record.model.formulation;
     let flag = stop::flag();
     let cancelled = || flag.load(std::sync::atomic::Ordering::Relaxed);
     let fit = probe::fit(
-        &mut bench,
+        &mut pressed,
         symmetry,
         &ProbeOptions::suited(&set),
         &cancelled,

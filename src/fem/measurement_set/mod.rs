@@ -1,26 +1,27 @@
 //! A measurement set: one material, its specimen on its supports, and what a probe and cameras measured on it.
 //!
-//! The record that capture and the virtual laboratory hand to fitting. Rooms: [`text`] (the file as people write it), here
+//! The record that capture and the virtual laboratory hand to fitting. Rooms: [`text`] (the file as people write it), [`card`](mod@card) (what
+//! it says of the material), here
 //! reading and checking each value, [`plausible`] (whether the numbers make sense together: units, drift, outliers),
 //! [`mod@write`] (a set as a file).
 
+pub mod card;
 pub mod plausible;
 pub mod text;
 pub mod write;
 
-use self::text::{ExampleText, MaterialText, MeasurementSetText, SpecimenText};
+pub use self::card::MaterialCard;
+use self::card::MaterialText;
+use self::text::{ExampleText, MeasurementSetText, SpecimenText};
 use super::elements::VolumetricStrain;
 use super::example::{Contact, MeasuredPoint};
 use super::example_table::read_table;
 use super::example_text::check_forces;
 use super::model::Constrained;
-use super::setup::{FixedText, finite, positive_length};
+use super::setup::{FixedText, finite, length_unit, positive_length, volumetric_strain};
 use crate::geometry::files::open_volume;
 use crate::geometry::volume::VolumeMesh;
-use crate::material::check::{is_colour, is_id};
-use crate::material::record::{Kind, Printability, Source};
 use crate::math::Vec3;
-use crate::units::LengthUnit;
 use crate::units::document::{Document, Mistake};
 use std::path::Path;
 use toml::Spanned;
@@ -39,29 +40,6 @@ pub enum Origin {
     Measured,
     /// From a simulation, which the words describe.
     Computed(String),
-}
-
-/// What the material's record is to say beside its law.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MaterialCard {
-    /// Id of the record.
-    pub id: String,
-    /// The name for people.
-    pub name: String,
-    /// The symmetry.
-    pub kind: Kind,
-    /// The axis in the specimen, a unit vector; z for an isotropic material.
-    pub axis: Vec3,
-    /// Display colour, `#rrggbb`.
-    pub colour: String,
-    /// Of the block, holes included \[g/cm³\].
-    pub density_g_per_cm3: f64,
-    /// What the measurement does not say.
-    pub assumptions: Vec<String>,
-    /// How it is made.
-    pub printability: Printability,
-    /// Where the measurement comes from.
-    pub source: Source,
 }
 
 /// One place where the specimen was pressed.
@@ -114,7 +92,7 @@ impl MeasurementSet {
             return Err(document.mistake(&text.schema.span(), message));
         }
         let origin = origin(&document, &text)?;
-        let material = material(&document, text.material.get_ref())?;
+        let material = card(&document, &text.material)?;
         let (mesh, volumetric) = specimen(&document, &text.specimen)?;
         let constrained = supports(&document, &text.fixed, &mesh)?;
         let experiments = experiments(&document, &text.example)?;
@@ -134,16 +112,7 @@ impl MeasurementSet {
     /// # Errors
     /// As [`MeasurementSet::read`], and a file that cannot be read.
     pub fn open(file: &Path) -> Result<MeasurementSet, Mistake> {
-        let document = Document {
-            file: file.to_path_buf(),
-            text: std::fs::read_to_string(file).map_err(|e| Mistake {
-                file: file.to_path_buf(),
-                line: 1,
-                column: 1,
-                message: format!("cannot be read: {e}"),
-            })?,
-        };
-        MeasurementSet::read(document)
+        MeasurementSet::read(Document::open(file)?)
     }
 
     /// Lower and upper corner of the specimen \[mm\].
@@ -179,44 +148,17 @@ fn origin(document: &Document, text: &MeasurementSetText) -> Result<Origin, Mist
     }
 }
 
-fn material(document: &Document, text: &MaterialText) -> Result<MaterialCard, Mistake> {
-    if !is_id(text.id.get_ref()) {
-        let message = format!(
-            "found id {:?}, expected lower-case letters, digits and hyphens",
-            text.id.get_ref()
-        );
-        return Err(document.mistake(&text.id.span(), message));
-    }
-    if !is_colour(text.colour.get_ref()) {
-        let message = format!("found colour {:?}, expected #rrggbb", text.colour.get_ref());
-        return Err(document.mistake(&text.colour.span(), message));
-    }
-    let axis = match &text.axis {
-        None => Vec3::z(),
-        Some(written) => {
-            let axis = finite(document, written)?;
-            if axis.norm() < 1e-9 {
-                let message = "found an axis of no length, expected for instance [0, 0, 1]";
-                return Err(document.mistake(&written.span(), message));
-            }
-            if text.kind == Kind::Isotropic {
-                let message = "found an axis of an isotropic material, expected none";
-                return Err(document.mistake(&written.span(), message));
-            }
-            axis.normalize()
-        }
+fn card(document: &Document, text: &Spanned<MaterialText>) -> Result<MaterialCard, Mistake> {
+    let Some(density) = &text.get_ref().density_g_per_cm3 else {
+        let message = "found no density_g_per_cm3, expected that of the specimen, holes included";
+        return Err(document.mistake(&text.span(), message));
     };
-    Ok(MaterialCard {
-        id: text.id.get_ref().clone(),
-        name: text.name.clone(),
-        kind: text.kind,
-        axis,
-        colour: text.colour.get_ref().clone(),
-        density_g_per_cm3: text.density_g_per_cm3,
-        assumptions: text.assumptions.clone(),
-        printability: text.printability.clone(),
-        source: text.source.clone(),
-    })
+    let value = *density.get_ref();
+    if value.is_nan() || value <= 0.0 {
+        let message = format!("found {value} g/cm³, expected a density above zero");
+        return Err(document.mistake(&density.span(), message));
+    }
+    text.get_ref().card(document, value)
 }
 
 fn specimen(
@@ -224,18 +166,9 @@ fn specimen(
     text: &Spanned<SpecimenText>,
 ) -> Result<(VolumeMesh, VolumetricStrain), Mistake> {
     let own = text.get_ref();
-    let volumetric = match own
-        .volumetric_strain
-        .as_ref()
-        .map(|v| (v.get_ref().as_str(), v.span()))
-    {
-        None | Some(("shared", _)) => VolumetricStrain::Shared,
-        Some(("pointwise", _)) => VolumetricStrain::Pointwise,
-        Some((other, span)) => {
-            let message =
-                format!("found volumetric_strain = {other:?}, expected \"shared\" or \"pointwise\"");
-            return Err(document.mistake(&span, message));
-        }
+    let volumetric = match &own.volumetric_strain {
+        None => VolumetricStrain::Shared,
+        Some(asked) => volumetric_strain(document, asked)?,
     };
     let mesh = match (&own.size_mm, &own.mesh) {
         (Some(size), None) => block(document, own, size)?,
@@ -244,14 +177,7 @@ fn specimen(
                 let message = "found element_size beside a mesh, which has its own elements";
                 return Err(document.mistake(&size.span(), message));
             }
-            let unit = match &own.unit {
-                None => None,
-                Some(unit) => Some(
-                    unit.get_ref()
-                        .parse::<LengthUnit>()
-                        .map_err(|e| document.mistake(&unit.span(), e.to_string()))?,
-                ),
-            };
+            let unit = length_unit(document, &own.unit)?;
             let path = document.resolve(file.get_ref());
             let read = open_volume(&path, unit);
             read.map_err(|e| document.mistake(&file.span(), e.to_string()))?

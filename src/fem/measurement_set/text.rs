@@ -1,7 +1,7 @@
 //! A measurement set as people write it. `docs/formats.md` explains every key; [`super`] checks the values.
 
 use super::super::setup::{ContactText, FixedText};
-use crate::material::record::{Kind, Printability, Source};
+use super::card::MaterialText;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -23,31 +23,6 @@ pub struct MeasurementSetText {
     pub fixed: Spanned<Vec<FixedText>>,
     /// What was done to it and what was measured.
     pub example: Spanned<Vec<ExampleText>>,
-}
-
-/// `[material]`: what its record is to say beside the law.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialText {
-    /// Id of the record: lower-case letters, digits, hyphens.
-    pub id: Spanned<String>,
-    /// The name for people.
-    pub name: String,
-    /// Isotropic, or transversely isotropic.
-    pub kind: Kind,
-    /// The axis of a transversely isotropic material in the specimen; z if absent.
-    pub axis: Option<Spanned<[f64; 3]>>,
-    /// Display colour, `#rrggbb`.
-    pub colour: Spanned<String>,
-    /// Of the block, holes included.
-    pub density_g_per_cm3: f64,
-    /// What the measurement does not say.
-    #[serde(default)]
-    pub assumptions: Vec<String>,
-    /// How it is made.
-    pub printability: Printability,
-    /// Where the measurement comes from.
-    pub source: Source,
 }
 
 /// `[specimen]`: a block, or a volume mesh.

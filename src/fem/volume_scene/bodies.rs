@@ -1,14 +1,14 @@
 //! The rigid bodies of a scene on a volume mesh, and where each case wants them.
 
 use super::super::contact::{Drive, Friction, Pose, Push, RigidBody, Shape, Surface};
-use super::super::setup::{finite, positive_length, quantity, read_object};
+use super::super::setup::{finite, length_unit, positive_length, quantity, read_object};
 use super::VolumeScene;
 use super::loads::Waypoints;
 use super::sets::find_set;
 use super::text::{FrictionText, LoadText, NumbersText, ProbeText, PushText, VolumeSceneText};
 use crate::math::Vec3;
+use crate::units;
 use crate::units::document::{Document, Mistake};
-use crate::units::{self, LengthUnit};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -129,14 +129,7 @@ fn mesh_probe(
         let message = "a probe of shape \"mesh\" needs mesh = \"FILE\" and its unit";
         return Err(document.mistake(&text.shape.span(), message));
     };
-    let unit = match &text.unit {
-        None => None,
-        Some(unit) => Some(
-            unit.get_ref()
-                .parse::<LengthUnit>()
-                .map_err(|e| document.mistake(&unit.span(), e.to_string()))?,
-        ),
-    };
+    let unit = length_unit(document, &text.unit)?;
     let fail = |message: String| document.mistake(&file.span(), message);
     let object = read_object(&document.resolve(file.get_ref()), unit).map_err(fail)?;
     let body = RigidBody::of_solid(&object.solid, None, offset, towards, friction);

@@ -19,14 +19,13 @@ use super::elements::{LOCKING_POISSON, VolumetricStrain};
 use super::equilibrium::Options;
 use super::scene::{self, SCHEMA};
 use super::scene_materials::{SceneMaterial, Shelf};
-use super::setup::finite;
+use super::setup::{finite, length_unit, volumetric_strain};
 use crate::geometry::embedding::{Embedding, EmbeddingError, EmbeddingOptions, Held, Locator};
 use crate::geometry::files::{VolumeFile, open_surface};
 use crate::geometry::surface::TriMesh;
 use crate::geometry::volume::Elements;
 use crate::material::law::Law;
 use crate::math::Vec3;
-use crate::units::UnitError;
 use crate::units::document::{Document, Mistake};
 use std::path::Path;
 use toml::Spanned;
@@ -131,7 +130,7 @@ impl VolumeScene {
         let regions = regions(&document, &text, &mut shelf, &region_of)?;
         let volumetric = match &text.mesh.get_ref().volumetric_strain {
             None => VolumetricStrain::suited(&file.mesh.elements, regions.iter().map(|r| &r.law)),
-            Some(asked) => volumetric(&document, asked)?,
+            Some(asked) => volumetric_strain(&document, asked)?,
         };
         let materials = shelf.taken;
         let points = points(&document, &text.output, &file)?;
@@ -217,18 +216,6 @@ fn strain_levels(document: &Document, text: &OutputText) -> Result<StrainLevels,
     }
 }
 
-fn volumetric(document: &Document, text: &Spanned<String>) -> Result<VolumetricStrain, Mistake> {
-    match text.get_ref().as_str() {
-        "shared" => Ok(VolumetricStrain::Shared),
-        "pointwise" => Ok(VolumetricStrain::Pointwise),
-        other => {
-            let message =
-                format!("found volumetric_strain = {other:?}, expected \"shared\" or \"pointwise\"");
-            Err(document.mistake(&text.span(), message))
-        }
-    }
-}
-
 fn regions(
     document: &Document,
     text: &VolumeSceneText,
@@ -289,14 +276,7 @@ fn points(document: &Document, text: &OutputText, file: &VolumeFile) -> Result<V
 /// Reads the fine surface and ties its vertices to the mesh.
 fn fine_surface(document: &Document, text: &SurfaceText, file: &VolumeFile) -> Result<FineSurface, Mistake> {
     let fail = |message: String| document.mistake(&text.file.span(), message);
-    let unit = match &text.unit {
-        None => None,
-        Some(unit) => Some(
-            unit.get_ref()
-                .parse()
-                .map_err(|e: UnitError| document.mistake(&unit.span(), e.to_string()))?,
-        ),
-    };
+    let unit = length_unit(document, &text.unit)?;
     let path = document.resolve(text.file.get_ref());
     let mesh = open_surface(&path, unit).map_err(|e| fail(e.to_string()))?.mesh;
     let options = EmbeddingOptions::default();

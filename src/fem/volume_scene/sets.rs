@@ -1,6 +1,6 @@
 //! The mesh of a scene, its sets of nodes and its regions of elements.
 
-use super::super::setup::ShapeText;
+use super::super::setup::{ShapeText, length_unit};
 use super::text::{MeshText, RegionText, SetText};
 use crate::geometry::boundary::boundary_faces;
 use crate::geometry::files::{Group, VolumeFile, open_volume, volume_from_arrays};
@@ -36,14 +36,7 @@ pub fn read_mesh(document: &Document, text: &Spanned<MeshText>) -> Result<Volume
             let message = "found a file and arrays, expected one of them";
             return Err(document.mistake(second, message));
         }
-        let unit = match &text.unit {
-            None => None,
-            Some(unit) => Some(
-                unit.get_ref()
-                    .parse::<LengthUnit>()
-                    .map_err(|e| document.mistake(&unit.span(), e.to_string()))?,
-            ),
-        };
+        let unit = length_unit(document, &text.unit)?;
         let path = document.resolve(file.get_ref());
         return open_volume(&path, unit).map_err(|e| document.mistake(&file.span(), e.to_string()));
     }

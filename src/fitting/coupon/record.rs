@@ -4,10 +4,10 @@ use super::curve::{Curve, CurveError, read_curve};
 use super::file::{CouponFile, LawChoice, Poisson, TestKind};
 use super::fit::{CouponError, CouponFit, CouponTest, TestError, fit, test_error};
 use super::uncertainty::{Knowledge, knowledge};
-use crate::material::homogeneous::{simple_shear, uniaxial};
 use crate::material::law::Law;
-use crate::material::record::{CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty};
-use crate::math::mandel::Mandel;
+use crate::material::record::{
+    CheckPair, Kind, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty, rounded,
+};
 
 /// A record and what was fitted on the way.
 #[derive(Clone, Debug)]
@@ -96,7 +96,7 @@ pub fn fit_coupon(
         .assumptions
         .extend(assumptions(coupon, poisson, &tests, &fit.law));
     let knowledge = knowledge(&fit, &tests);
-    record.uncertainty = uncertainty(&fit.law, &knowledge.covariance, "residuals".into());
+    record.uncertainty = Uncertainty::of(&fit.law, &knowledge.covariance, "residuals".into());
     let held_out = predicted.into_iter().map(|(source, test)| HeldOut {
         specimen: source.specimen.clone(),
         file: source.file.clone(),
@@ -133,25 +133,6 @@ fn measurements(coupon: &CouponFile, tests: &[CouponTest], errors: &[TestError])
     list
 }
 
-/// A covariance of the law's parameters as a record shows it, to six digits; none if it is not finite.
-pub fn uncertainty(law: &Law, covariance: &[Vec<f64>], basis: String) -> Option<Uncertainty> {
-    let six = |x: &f64| crate::material::record::significant(*x, 6);
-    let finite = covariance.iter().flatten().all(|x| x.is_finite());
-    (finite && !covariance.is_empty()).then(|| Uncertainty {
-        parameters: law.parameters().into_iter().map(|p| p.name).collect(),
-        covariance: covariance
-            .iter()
-            .map(|row| row.iter().map(six).collect())
-            .collect(),
-        basis,
-    })
-}
-
-pub(in crate::fitting) fn rounded(x: f64, digits: i32) -> f64 {
-    let scale = 10.0_f64.powi(digits);
-    (x * scale).round() / scale
-}
-
 fn span(curve: &Curve) -> (f64, f64) {
     curve
         .strain
@@ -185,7 +166,7 @@ fn skeleton(
         model: Model::of(law, engineering_strain.map(|e| rounded(e, 4)))?,
         uncertainty: None,
         measurements: Vec::new(),
-        checks: check_pairs(law, engineering_strain),
+        checks: CheckPair::over(law, engineering_strain),
     })
 }
 
@@ -254,30 +235,4 @@ fn about_poisson(model: LawChoice, poisson: Poisson, tests: &[CouponTest], law: 
             format!("Poisson's ratio fitted to {from}: {ratio:.3} at rest")
         }
     }
-}
-
-/// A few strains over the range with the law's stress.
-pub(in crate::fitting) fn check_pairs(law: &Law, [low, high]: [f64; 2]) -> Vec<CheckPair> {
-    let mut strains: Vec<Mandel> = Vec::new();
-    for axial in [0.5 * low, low, 0.5 * high, high] {
-        if axial != 0.0 {
-            strains.push(uniaxial(law, axial).strain());
-        }
-    }
-    strains.push(simple_shear(0.2).0);
-    strains.push(Mandel::new(-0.1, 0.05, 0.02, 0.04, -0.03, 0.06));
-    strains
-        .into_iter()
-        .map(|strain| {
-            // Rounded first, so that the stress belongs to the strain that the file shows.
-            let strain = strain.map(|x| rounded(x, 6));
-            let stress = law
-                .stress(&strain)
-                .map(|x| crate::material::record::significant(x, 12));
-            CheckPair {
-                strain: strain.into(),
-                stress_mpa: stress.into(),
-            }
-        })
-        .collect()
 }

@@ -15,7 +15,7 @@
 //! greedy starts (each the point that adds most to the sum), with one centre held at rest; the same strains give the same
 //! centres. Source: Bickel 2010, 8.3, which leaves open how the strains are covered; Lloyd 1982.
 
-use super::press::{Bench, Levels};
+use super::press::{Levels, PressedSpecimen};
 use crate::fem::forces::point_fields;
 use crate::material::energy::EnergyRbf;
 use crate::material::isotropic::{IsotropicRbf, invariants};
@@ -38,10 +38,10 @@ pub struct Met {
 }
 
 /// Strains at all integration points, at all levels of the presses.
-pub fn strains_met(bench: &Bench, law: &Law, equilibria: &[Levels]) -> Vec<Met> {
+pub fn strains_met(pressed: &PressedSpecimen, law: &Law, equilibria: &[Levels]) -> Vec<Met> {
     let laws = [law];
-    let materials = bench.materials(&laws);
-    let parts = &bench.model.parts;
+    let materials = pressed.materials(&laws);
+    let parts = &pressed.model.parts;
     let of = |u: &Vec<_>| {
         let strains = point_fields(parts, u, &materials).strain;
         let met = strains.into_iter().enumerate().map(|(q, strain)| Met {

@@ -6,7 +6,7 @@
 //!
 //! The thesis' Table 8.1 gives average, standard deviation and maximum of e under small, medium and large force.
 
-use super::press::{Bench, Levels};
+use super::press::{Levels, PressedSpecimen};
 use crate::math::Vec3;
 
 /// The errors of all markers at forces of one size.
@@ -86,10 +86,10 @@ fn root_mean_square<'a>(x: impl Iterator<Item = &'a f64>) -> f64 {
 }
 
 /// Errors of the presses `which` at their `equilibria`.
-pub fn errors(bench: &Bench, which: &[usize], equilibria: &[Levels]) -> Errors {
+pub fn errors(pressed: &PressedSpecimen, which: &[usize], equilibria: &[Levels]) -> Errors {
     let mut markers = Vec::new();
     for (&k, levels) in which.iter().zip(equilibria) {
-        markers.extend(of_press(bench, k, levels));
+        markers.extend(of_press(pressed, k, levels));
     }
     let all = || markers.iter().flat_map(|m| m.errors_mm.iter().flatten());
     let sizes = || markers.iter().flat_map(|m| m.displacements_mm.iter().flatten());
@@ -98,13 +98,13 @@ pub fn errors(bench: &Bench, which: &[usize], equilibria: &[Levels]) -> Errors {
         displacement_rms_mm: root_mean_square(sizes()),
         largest_mm: all().copied().fold(0.0, f64::max),
         largest_displacement_mm: sizes().copied().fold(0.0, f64::max),
-        levels: by_size(bench, which, &markers),
+        levels: by_size(pressed, which, &markers),
         markers,
     }
 }
 
-fn of_press(bench: &Bench, k: usize, levels: &Levels) -> Vec<MarkerErrors> {
-    let press = &bench.presses[k];
+fn of_press(pressed: &PressedSpecimen, k: usize, levels: &Levels) -> Vec<MarkerErrors> {
+    let press = &pressed.presses[k];
     let points = press.point_of_component();
     let mut markers: Vec<MarkerErrors> = press
         .places
@@ -140,7 +140,7 @@ fn of_press(bench: &Bench, k: usize, levels: &Levels) -> Vec<MarkerErrors> {
 }
 
 /// The first, the middle and the last level of each press.
-fn by_size(bench: &Bench, which: &[usize], markers: &[MarkerErrors]) -> Vec<LevelErrors> {
+fn by_size(pressed: &PressedSpecimen, which: &[usize], markers: &[MarkerErrors]) -> Vec<LevelErrors> {
     let level = |size: usize, levels: usize| match size {
         0 => (levels > 2).then_some(0),
         1 => (levels > 1).then_some((levels - 1) / 2),
@@ -157,7 +157,7 @@ fn by_size(bench: &Bench, which: &[usize], markers: &[MarkerErrors]) -> Vec<Leve
             continue;
         }
         let force = |&k: &usize| {
-            let press = &bench.presses[k];
+            let press = &pressed.presses[k];
             let l = level(size, press.forces.len())?;
             Some(press.forces[l].dot(&press.direction))
         };

@@ -13,7 +13,7 @@
 
 use super::centres::{strains_met, with_range};
 use super::errors::{Errors, errors};
-use super::press::{Bench, Failure};
+use super::press::{Failure, PressedSpecimen};
 use super::spread::{self, Final, PressCurve, Spread};
 use super::stages::{Descent, Fitter, size};
 use super::start::Symmetry;
@@ -207,40 +207,40 @@ impl ProbeFit {
     }
 }
 
-/// Fits a law to the presses of `bench` that are not held out; tangential forces that are found go into its presses.
+/// Fits a law to the presses of `pressed` that are not held out; tangential forces that are found go into its presses.
 ///
 /// # Errors
 /// [`ProbeError`]: no readings, readings that go against the forces, a specimen that no law holds up.
 pub fn fit(
-    bench: &mut Bench,
+    pressed: &mut PressedSpecimen,
     symmetry: Symmetry,
     options: &ProbeOptions,
     cancelled: &(dyn Fn() -> bool + Sync),
     news: &mut dyn FnMut(&Step),
 ) -> Result<ProbeFit, ProbeError> {
     let began = Instant::now();
-    let which = check(bench, options)?;
+    let which = check(pressed, options)?;
     let mut fitter = Fitter {
         symmetry,
         options,
-        size: size(bench, &which),
+        size: size(pressed, &which),
         which,
         cancelled,
         news,
         rounds: Vec::new(),
     };
-    let (homogeneous, starts) = fitter.homogeneous(bench)?;
+    let (homogeneous, starts) = fitter.homogeneous(pressed)?;
     let first = homogeneous.law.clone();
-    let homogeneous = fitter.alternate(bench, homogeneous)?;
-    let (found, has_settled) = fitter.rounds(bench, homogeneous)?;
-    let (found, tangential) = fitter.tangential(bench, found)?;
-    let found = fitter.moved(bench, found)?;
-    let found = fitter.last(bench, found)?;
-    fitter.outcome(bench, found, first, (starts, has_settled, tangential), began)
+    let homogeneous = fitter.alternate(pressed, homogeneous)?;
+    let (found, has_settled) = fitter.rounds(pressed, homogeneous)?;
+    let (found, tangential) = fitter.tangential(pressed, found)?;
+    let found = fitter.moved(pressed, found)?;
+    let found = fitter.last(pressed, found)?;
+    fitter.outcome(pressed, found, first, (starts, has_settled, tangential), began)
 }
 
 /// The presses to be fitted.
-fn check(bench: &Bench, options: &ProbeOptions) -> Result<Vec<usize>, ProbeError> {
+fn check(pressed: &PressedSpecimen, options: &ProbeOptions) -> Result<Vec<usize>, ProbeError> {
     for (field, value, least) in [
         ("centres", options.centres.unwrap_or(1), 1),
         ("rounds", options.rounds, 1),
@@ -255,7 +255,7 @@ fn check(bench: &Bench, options: &ProbeOptions) -> Result<Vec<usize>, ProbeError
             });
         }
     }
-    for press in &bench.presses {
+    for press in &pressed.presses {
         for (deviations, readings) in press.deviations.iter().zip(&press.readings) {
             for (&value, _) in deviations.iter().zip(readings).filter(|(_, r)| r.is_some()) {
                 if !(value > 0.0 && value.is_finite()) {
@@ -267,9 +267,9 @@ fn check(bench: &Bench, options: &ProbeOptions) -> Result<Vec<usize>, ProbeError
             }
         }
     }
-    let has_reading = |k: &usize| bench.presses[*k].readings.iter().flatten().any(Option::is_some);
-    let all = 0..bench.presses.len();
-    let (held_out, rest): (Vec<usize>, Vec<usize>) = all.partition(|&k| bench.presses[k].held_out);
+    let has_reading = |k: &usize| pressed.presses[*k].readings.iter().flatten().any(Option::is_some);
+    let all = 0..pressed.presses.len();
+    let (held_out, rest): (Vec<usize>, Vec<usize>) = all.partition(|&k| pressed.presses[k].held_out);
     let which: Vec<usize> = rest.iter().copied().filter(has_reading).collect();
     if which.is_empty() {
         return Err(ProbeError::Nothing {
@@ -283,7 +283,7 @@ fn check(bench: &Bench, options: &ProbeOptions) -> Result<Vec<usize>, ProbeError
 impl Fitter<'_> {
     fn outcome(
         self,
-        bench: &Bench,
+        pressed: &PressedSpecimen,
         found: Descent,
         homogeneous: Law,
         (starts, has_settled, tangential): (usize, bool, Tangential),
@@ -303,7 +303,7 @@ impl Fitter<'_> {
         let refits = match self.options.bootstrap {
             0 => None,
             count => last.refits(
-                &spread::markers_of_rows(bench, &self.which),
+                &spread::markers_of_rows(pressed, &self.which),
                 count,
                 self.options.seed,
             ),
@@ -313,23 +313,23 @@ impl Fitter<'_> {
             spread.basis = format!("bootstrap of {} (wild, by markers, linearised)", refits.len());
         }
         let refits = refits.as_ref().map(|r| (&slope, r.as_slice()));
-        let mut curves = spread::curves(bench, &self.which, &found.law, &found.equilibria, refits)?;
-        let others: Vec<usize> = (0..bench.presses.len())
-            .filter(|&k| bench.presses[k].held_out)
+        let mut curves = spread::curves(pressed, &self.which, &found.law, &found.equilibria, refits)?;
+        let others: Vec<usize> = (0..pressed.presses.len())
+            .filter(|&k| pressed.presses[k].held_out)
             .collect();
         let held_out = if others.is_empty() {
             None
         } else {
             // Ctrl-C was for the fit; what it found is still to be compared.
-            Some(match bench.equilibria(&found.law, &others, &|| false) {
+            Some(match pressed.equilibria(&found.law, &others, &|| false) {
                 Ok(equilibria) => {
-                    curves.extend(spread::curves(bench, &others, &found.law, &equilibria, refits)?);
-                    Ok(errors(bench, &others, &equilibria))
+                    curves.extend(spread::curves(pressed, &others, &found.law, &equilibria, refits)?);
+                    Ok(errors(pressed, &others, &equilibria))
                 }
                 Err(failure) => Err(failure),
             })
         };
-        let met = strains_met(bench, &found.law, &found.equilibria);
+        let met = strains_met(pressed, &found.law, &found.equilibria);
         let strain = met
             .iter()
             .flat_map(|m| [m.strain[0], m.strain[1], m.strain[2]])
@@ -344,7 +344,7 @@ impl Fitter<'_> {
             },
             starts,
             tangential,
-            errors: errors(bench, &self.which, &found.equilibria),
+            errors: errors(pressed, &self.which, &found.equilibria),
             held_out,
             curves,
             spread,

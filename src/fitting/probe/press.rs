@@ -113,7 +113,7 @@ pub enum Failure {
 pub type Levels = Vec<Vec<Vec3>>;
 
 /// The examples of a set as its specimen wires them.
-pub fn presses_of(set: &MeasurementSet, specimen: &Specimen) -> Vec<Press> {
+fn presses_of(set: &MeasurementSet, specimen: &Specimen) -> Vec<Press> {
     let one = |(experiment, wired): (&Experiment, &WiredExperiment)| {
         let levels = experiment.forces.len();
         let at = |point: &MeasuredPoint, level: usize| -> Vec<Option<f64>> {
@@ -159,7 +159,7 @@ pub fn presses_of(set: &MeasurementSet, specimen: &Specimen) -> Vec<Press> {
 
 /// A specimen of one material with its presses.
 #[derive(Clone, Debug)]
-pub struct Bench<'a> {
+pub struct PressedSpecimen<'a> {
     /// Unknowns and matrix.
     pub model: &'a Model,
     /// All zero.
@@ -178,7 +178,18 @@ pub fn solver_options() -> Options {
     }
 }
 
-impl Bench<'_> {
+impl<'a> PressedSpecimen<'a> {
+    /// The specimen of a set with the set's examples.
+    pub fn new(set: &MeasurementSet, specimen: &'a Specimen) -> PressedSpecimen<'a> {
+        PressedSpecimen {
+            model: &specimen.model,
+            cell_of_point: &specimen.cell_of_point,
+            presses: presses_of(set, specimen),
+        }
+    }
+}
+
+impl PressedSpecimen<'_> {
     /// Equilibria of the presses `which` with `law`, one entry each. Side by side on all threads, the same on any number.
     ///
     /// # Errors
@@ -189,35 +200,23 @@ impl Bench<'_> {
         which: &[usize],
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Levels>, Failure> {
+        let laws = [law];
+        let materials = self.materials(&laws);
+        // All presses of a thread share the factor at rest.
+        let start = || -> Result<Solver, CholeskyError> {
+            let mut solver = Solver::new(self.model)?;
+            solver.start(&materials)?;
+            Ok(solver)
+        };
         let solved: Vec<Result<Levels, Failure>> = which
             .par_iter()
-            .map(|&k| self.press(law, &self.presses[k], cancelled))
+            .map_init(start, |solver, &k| {
+                let solver = solver.as_mut().map_err(|e| Failure::Cholesky(*e))?;
+                press(solver, &materials, &self.presses[k], cancelled)
+            })
             .collect();
         solved.into_iter().collect()
     }
-
-    fn press(
-        &self,
-        law: &Law,
-        press: &Press,
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Levels, Failure> {
-        let laws = [law];
-        let materials = self.materials(&laws);
-        let mut solver = Solver::new(self.model)?;
-        solver.start(&materials)?;
-        let curve = solver.route(&materials, &press.loads(), &solver_options(), &|| cancelled());
-        if curve.stop == Stop::Converged {
-            return Ok(curve.levels);
-        }
-        Err(Failure::Unreached {
-            press: press.name.clone(),
-            level: curve.levels.len() + 1,
-            levels: press.forces.len(),
-            stop: curve.stop,
-        })
-    }
-
     /// The specimen of one law.
     pub fn materials<'b>(&'b self, laws: &'b [&'b Law]) -> Materials<'b> {
         Materials {
@@ -275,4 +274,23 @@ impl Bench<'_> {
             .map(|levels| found.by_ref().take(levels.len()).collect())
             .collect()
     }
+}
+
+/// Equilibria of one press, by a solver that has been started.
+fn press(
+    solver: &mut Solver,
+    materials: &Materials,
+    press: &Press,
+    cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<Levels, Failure> {
+    let curve = solver.route(materials, &press.loads(), &solver_options(), &|| cancelled());
+    if curve.stop == Stop::Converged {
+        return Ok(curve.levels);
+    }
+    Err(Failure::Unreached {
+        press: press.name.clone(),
+        level: curve.levels.len() + 1,
+        levels: press.forces.len(),
+        stop: curve.stop,
+    })
 }

@@ -22,7 +22,7 @@
 //! derivatives that include the change of rotation and strain (his appendix B leaves both out).
 
 use super::coordinates::Coordinates;
-use super::press::{Bench, Failure, Levels, Press};
+use super::press::{Failure, Levels, Press, PressedSpecimen};
 use crate::fem::sensitivity::Slopes;
 use crate::material::law::{Law, LawError};
 use crate::math::mandel::Mandel;
@@ -83,7 +83,7 @@ pub(super) fn put(coordinates: Coordinates, law: &Law, theta: &[f64], moved: usi
 
 /// The least-squares problem of one law's parameters.
 pub(super) struct ProbeProblem<'a> {
-    pub bench: &'a Bench<'a>,
+    pub pressed: &'a PressedSpecimen<'a>,
     /// The presses that are fitted.
     pub which: &'a [usize],
     /// Its parameters are replaced.
@@ -106,7 +106,7 @@ pub(super) struct ProbeProblem<'a> {
 impl<'a> ProbeProblem<'a> {
     /// Ties between the centres of `law`, or to its values if it has no centres; `noise` is s, `centres` whether they move.
     pub fn new(
-        bench: &'a Bench<'a>,
+        pressed: &'a PressedSpecimen<'a>,
         which: &'a [usize],
         law: &Law,
         coordinates: Coordinates,
@@ -138,7 +138,7 @@ impl<'a> ProbeProblem<'a> {
             }));
         }
         ProbeProblem {
-            bench,
+            pressed,
             which,
             law: law.clone(),
             coordinates,
@@ -153,21 +153,21 @@ impl<'a> ProbeProblem<'a> {
     }
 
     fn data(&self, equilibria: &[Levels]) -> Vec<f64> {
-        residuals(self.bench, self.which, equilibria)
+        residuals(self.pressed, self.which, equilibria)
     }
 }
 
 /// Number of readings of the presses `which`.
-pub(super) fn count(bench: &Bench, which: &[usize]) -> usize {
-    let seen = |&k: &usize| bench.presses[k].readings.iter().flatten().flatten().count();
+pub(super) fn count(pressed: &PressedSpecimen, which: &[usize]) -> usize {
+    let seen = |&k: &usize| pressed.presses[k].readings.iter().flatten().flatten().count();
     which.iter().map(seen).sum()
 }
 
 /// √w (x − x̄)/σ over the readings of the presses `which`, level by level.
-pub(super) fn residuals(bench: &Bench, which: &[usize], equilibria: &[Levels]) -> Vec<f64> {
+pub(super) fn residuals(pressed: &PressedSpecimen, which: &[usize], equilibria: &[Levels]) -> Vec<f64> {
     let mut rows = Vec::new();
     for (&k, levels) in which.iter().zip(equilibria) {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         let weight = press.weight.sqrt();
         for ((u, readings), deviations) in levels.iter().zip(&press.readings).zip(&press.deviations) {
             let simulated = press.read(u);
@@ -183,18 +183,18 @@ pub(super) fn residuals(bench: &Bench, which: &[usize], equilibria: &[Levels]) -
 
 /// The rows of ∂x/∂p that belong to [`residuals`], scaled alike, `(readings × numbers)`.
 pub(super) fn data_jacobian(
-    bench: &Bench,
+    pressed: &PressedSpecimen,
     which: &[usize],
     law: &Law,
     equilibria: &[Levels],
     slopes: &Slopes,
 ) -> Result<DMatrix<f64>, Failure> {
     let sensors = |press: &Press| press.sensors.clone();
-    let found = bench.derivatives(law, which, equilibria, slopes, &sensors, &|_| Vec::new())?;
+    let found = pressed.derivatives(law, which, equilibria, slopes, &sensors, &|_| Vec::new())?;
     let parameters = slopes(law, &Mandel::zeros()).len();
     let mut rows: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     for (&k, levels) in which.iter().zip(&found) {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         let weight = press.weight.sqrt();
         for ((level, readings), deviations) in levels.iter().zip(&press.readings).zip(&press.deviations) {
             for ((row, reading), deviation) in level.row_iter().zip(readings).zip(deviations) {
@@ -211,7 +211,7 @@ impl Problem for ProbeProblem<'_> {
     fn residual(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
         self.last = None;
         let law = put(self.coordinates, &self.law, theta, self.moved).ok()?;
-        match self.bench.equilibria(&law, self.which, self.cancelled) {
+        match self.pressed.equilibria(&law, self.which, self.cancelled) {
             Ok(equilibria) => {
                 let mut rows = self.data(&equilibria);
                 rows.extend(self.ties.iter().map(|(tie, scale)| {
@@ -235,7 +235,7 @@ impl Problem for ProbeProblem<'_> {
         let (law, equilibria) = self.last.as_ref()?;
         let numbers = match self.moved {
             0 => data_jacobian(
-                self.bench,
+                self.pressed,
                 self.which,
                 law,
                 equilibria,
@@ -248,7 +248,7 @@ impl Problem for ProbeProblem<'_> {
                     slopes.extend(law.stress_by_centres(strain).split_off(first));
                     slopes
                 };
-                data_jacobian(self.bench, self.which, law, equilibria, &all)
+                data_jacobian(self.pressed, self.which, law, equilibria, &all)
             }
         };
         let values = theta.len() - self.moved;

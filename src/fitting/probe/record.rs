@@ -4,9 +4,8 @@ use super::errors::Errors;
 use super::fit::{ProbeFit, Tangential};
 use super::spread::WEAK;
 use crate::fem::measurement_set::{MeasurementSet, Origin};
-use crate::fitting::coupon::record::{check_pairs, rounded};
 use crate::material::law::{Law, LawError};
-use crate::material::record::{MaterialRecord, Measurement, Model, SCHEMA, Uncertainty, significant};
+use crate::material::record::{CheckPair, MaterialRecord, Measurement, Model, SCHEMA, Uncertainty, rounded};
 
 /// The record of the material that was fitted to `set`; `recipe` is the set's file as the database's folder sees it.
 ///
@@ -47,7 +46,7 @@ pub fn record(
         model: Model::of(&fit.law, strain)?,
         uncertainty: uncertainty(fit),
         measurements,
-        checks: check_pairs(&along_z(&fit.law), strain),
+        checks: CheckPair::over(&along_z(&fit.law), strain),
     })
 }
 
@@ -85,17 +84,9 @@ fn measurement(
 
 fn uncertainty(fit: &ProbeFit) -> Option<Uncertainty> {
     let spread = fit.spread.as_ref()?;
-    let n = spread.covariance.nrows();
-    let row = |i: usize| {
-        (0..n)
-            .map(|j| significant(spread.covariance[(i, j)], 6))
-            .collect()
-    };
-    Some(Uncertainty {
-        parameters: fit.law.parameters().into_iter().map(|p| p.name).collect(),
-        covariance: (0..n).map(row).collect(),
-        basis: spread.basis.clone(),
-    })
+    let rows = spread.covariance.row_iter();
+    let rows: Vec<Vec<f64>> = rows.map(|row| row.iter().copied().collect()).collect();
+    Uncertainty::of(&fit.law, &rows, spread.basis.clone())
 }
 
 /// What the fit itself had to assume, in words.

@@ -13,7 +13,7 @@
 //! the band is trustworthy where it is narrow.
 
 use super::coordinates::Coordinates;
-use super::press::{Bench, Failure, Levels, Press};
+use super::press::{Failure, Levels, Press, PressedSpecimen};
 use crate::fem::example::Sensor;
 use crate::material::law::Law;
 use crate::math::Vec3;
@@ -154,10 +154,10 @@ pub(super) fn bootstrap_covariance(slope: &DMatrix<f64>, refits: &[DVector<f64>]
 }
 
 /// The marker of each row of the residuals, counted over all presses.
-pub(super) fn markers_of_rows(bench: &Bench, which: &[usize]) -> Vec<usize> {
+pub(super) fn markers_of_rows(pressed: &PressedSpecimen, which: &[usize]) -> Vec<usize> {
     let (mut rows, mut first) = (Vec::new(), 0);
     for &k in which {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         let points = press.point_of_component();
         for readings in &press.readings {
             let seen = readings.iter().zip(&points).filter(|(r, _)| r.is_some());
@@ -173,7 +173,7 @@ pub(super) fn markers_of_rows(bench: &Bench, which: &[usize]) -> Vec<usize> {
 /// # Errors
 /// [`Failure`]: no derivatives at an equilibrium.
 pub(super) fn curves(
-    bench: &Bench,
+    pressed: &PressedSpecimen,
     which: &[usize],
     law: &Law,
     equilibria: &[Levels],
@@ -184,12 +184,12 @@ pub(super) fn curves(
     let slopes = match refits {
         Some(_) => {
             let slopes = &Law::stress_by_parameters;
-            bench.derivatives(law, which, equilibria, slopes, &along, &|_| Vec::new())?
+            pressed.derivatives(law, which, equilibria, slopes, &along, &|_| Vec::new())?
         }
         None => vec![Vec::new(); which.len()],
     };
     let curve = |((&k, levels), slopes): ((&usize, &Levels), &Vec<DMatrix<f64>>)| {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         let fitted: Vec<f64> = levels
             .iter()
             .map(|u| press.probe.read(u).dot(&press.direction))

@@ -3,7 +3,7 @@
 use super::centres::{moved, strains_met, with_centres};
 use super::coordinates::Coordinates;
 use super::fit::{ProbeError, ProbeOptions, Round, Step, Tangential};
-use super::press::{Bench, Levels};
+use super::press::{Levels, PressedSpecimen};
 use super::problem::{CentresMove, ProbeProblem, free_centres};
 use super::start::{RATIOS, Symmetry, standing, young};
 use super::tangential;
@@ -67,10 +67,10 @@ pub(super) struct Fitter<'a> {
 }
 
 /// Root mean square of √w x̄/σ.
-pub(super) fn size(bench: &Bench, which: &[usize]) -> f64 {
+pub(super) fn size(pressed: &PressedSpecimen, which: &[usize]) -> f64 {
     let mut scaled = Vec::new();
     for &k in which {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         for (readings, deviations) in press.readings.iter().zip(&press.deviations) {
             let seen = readings.iter().zip(deviations);
             scaled.extend(seen.filter_map(|(r, d)| Some(press.weight.sqrt() * (*r)? / d)));
@@ -83,7 +83,7 @@ impl Fitter<'_> {
     /// Minimises from `law`; `None` where the specimen does not stand the presses with it.
     fn descend(
         &mut self,
-        bench: &Bench,
+        pressed: &PressedSpecimen,
         law: &Law,
         noise: f64,
         tolerance: f64,
@@ -109,7 +109,7 @@ impl Fitter<'_> {
             ..least_squares::Options::default()
         };
         let tie = (noise.max(least), centres);
-        let Some((outcome, best)) = self.minimised(bench, law, (&start, &bounds), &options, tie, stage)?
+        let Some((outcome, best)) = self.minimised(pressed, law, (&start, &bounds), &options, tie, stage)?
         else {
             return Ok(None);
         };
@@ -119,7 +119,7 @@ impl Fitter<'_> {
         let inside = |(t, (low, high)): (&f64, &(f64, f64))| *t > *low && *t < *high;
         let descent = Descent {
             free: theta.iter().zip(&bounds).map(inside).collect(),
-            data_rows: super::problem::count(bench, &self.which),
+            data_rows: super::problem::count(pressed, &self.which),
             law,
             theta,
             equilibria,
@@ -139,14 +139,14 @@ impl Fitter<'_> {
     /// Runs the minimiser; what it found, with the law and the equilibria there.
     fn minimised(
         &mut self,
-        bench: &Bench,
+        pressed: &PressedSpecimen,
         law: &Law,
         (start, bounds): (&[f64], &[(f64, f64)]),
         options: &least_squares::Options,
         tie: (f64, CentresMove),
         stage: &str,
     ) -> Result<Option<(least_squares::Outcome, State)>, ProbeError> {
-        let rows = super::problem::count(bench, &self.which) as f64;
+        let rows = super::problem::count(pressed, &self.which) as f64;
         let news = &mut *self.news;
         let mut tell = |n: &News| {
             news(&Step {
@@ -157,7 +157,7 @@ impl Fitter<'_> {
         };
         let coordinates = self.symmetry.coordinates;
         let mut problem = ProbeProblem::new(
-            bench,
+            pressed,
             &self.which,
             law,
             coordinates,
@@ -179,17 +179,17 @@ impl Fitter<'_> {
     }
 
     /// The homogeneous law, from several starts where the first ends badly; how many.
-    pub fn homogeneous(&mut self, bench: &Bench) -> Result<(Descent, usize), ProbeError> {
+    pub fn homogeneous(&mut self, pressed: &PressedSpecimen) -> Result<(Descent, usize), ProbeError> {
         let mut best: Option<Descent> = None;
         let mut starts = 0;
         let mut failed = None;
         for ratio in RATIOS {
             starts += 1;
-            let Some(modulus) = young(bench, &self.which, &self.symmetry, ratio, self.cancelled)? else {
+            let Some(modulus) = young(pressed, &self.which, &self.symmetry, ratio, self.cancelled)? else {
                 return Err(ProbeError::Backwards);
             };
             let start = [modulus, ratio];
-            let law = match standing(bench, &self.which, &self.symmetry, start, self.cancelled) {
+            let law = match standing(pressed, &self.which, &self.symmetry, start, self.cancelled) {
                 Ok(law) => law,
                 Err(error) => {
                     failed = Some(error);
@@ -201,7 +201,7 @@ impl Fitter<'_> {
                 n => format!("homogeneous, start {n}"),
             };
             let noise = FIRST_NOISE * self.size;
-            let found = self.descend(bench, &law, noise, ROUND_TOLERANCE, CentresMove::No, &stage)?;
+            let found = self.descend(pressed, &law, noise, ROUND_TOLERANCE, CentresMove::No, &stage)?;
             if (self.cancelled)() && best.is_none() {
                 return found.map(|d| (d, starts)).ok_or(ProbeError::Cancelled);
             }
@@ -222,7 +222,11 @@ impl Fitter<'_> {
     }
 
     /// Centres and fits, in rounds; did they settle?
-    pub fn rounds(&mut self, bench: &Bench, homogeneous: Descent) -> Result<(Descent, bool), ProbeError> {
+    pub fn rounds(
+        &mut self,
+        pressed: &PressedSpecimen,
+        homogeneous: Descent,
+    ) -> Result<(Descent, bool), ProbeError> {
         let count = self.options.centres.unwrap_or(match self.symmetry.coordinates {
             Coordinates::Isotropic => 6,
             Coordinates::Transverse => 12,
@@ -238,14 +242,14 @@ impl Fitter<'_> {
             if (self.cancelled)() {
                 return Ok((best, false));
             }
-            let met = strains_met(bench, &current, &equilibria);
+            let met = strains_met(pressed, &current, &equilibria);
             let placed = with_centres(&current, &met, count)?;
             if moved(&placed, &current) < SETTLED {
                 return Ok((best, true));
             }
             let stage = format!("round {round}");
             let Some(found) =
-                self.descend(bench, &placed, noise, ROUND_TOLERANCE, CentresMove::No, &stage)?
+                self.descend(pressed, &placed, noise, ROUND_TOLERANCE, CentresMove::No, &stage)?
             else {
                 return Ok((best, false));
             };
@@ -265,51 +269,55 @@ impl Fitter<'_> {
     }
 
     /// Lets the centres move with the moduli; what was found stays where that is no better.
-    pub fn moved(&mut self, bench: &Bench, found: Descent) -> Result<Descent, ProbeError> {
+    pub fn moved(&mut self, pressed: &PressedSpecimen, found: Descent) -> Result<Descent, ProbeError> {
         if !self.options.moves_centres || (self.cancelled)() || free_centres(&found.law).is_empty() {
             return Ok(found);
         }
         let noise = found.scaled_rms();
         let stage = "centres move";
         let tolerance = self.options.move_tolerance;
-        let better = self.descend(bench, &found.law, noise, tolerance, CentresMove::Yes, stage)?;
+        let better = self.descend(pressed, &found.law, noise, tolerance, CentresMove::Yes, stage)?;
         let better = better.filter(|b| b.scaled_rms() < found.scaled_rms());
         Ok(better.unwrap_or(found))
     }
 
     /// Which of the presses tell their tangential forces; none if they are not asked for.
-    fn told(&self, bench: &Bench) -> Vec<bool> {
-        let told = |&k: &usize| self.options.tangential && tangential::is_told(&bench.presses[k]);
+    fn told(&self, pressed: &PressedSpecimen) -> Vec<bool> {
+        let told = |&k: &usize| self.options.tangential && tangential::is_told(&pressed.presses[k]);
         self.which.iter().map(told).collect()
     }
 
     /// Estimates the forces under the probe and fits again, as long as the markers elsewhere are better for it.
-    pub fn alternate(&mut self, bench: &mut Bench, found: Descent) -> Result<Descent, ProbeError> {
-        let told = self.told(bench);
-        let mut least = elsewhere(bench, &self.which, &found.equilibria);
+    pub fn alternate(
+        &mut self,
+        pressed: &mut PressedSpecimen,
+        found: Descent,
+    ) -> Result<Descent, ProbeError> {
+        let told = self.told(pressed);
+        let mut least = elsewhere(pressed, &self.which, &found.equilibria);
         let mut best = found;
         for attempt in 1..=ALTERNATIONS {
             if (self.cancelled)() || !told.contains(&true) {
                 break;
             }
-            let forces = tangential::estimate(bench, &best.law, &self.which, &best.equilibria)?;
-            let held = self.held(bench);
+            let forces = tangential::estimate(pressed, &best.law, &self.which, &best.equilibria)?;
+            let held = self.held(pressed);
             for ((&k, forces), told) in self.which.iter().zip(forces).zip(&told) {
                 if *told {
-                    bench.presses[k].tangential = forces;
+                    pressed.presses[k].tangential = forces;
                 }
             }
             let stage = format!("tangential forces, {attempt}");
             let noise = best.scaled_rms().min(FIRST_NOISE * self.size);
             let tolerance = ROUND_TOLERANCE;
-            let better = self.descend(bench, &best.law, noise, tolerance, CentresMove::No, &stage)?;
+            let better = self.descend(pressed, &best.law, noise, tolerance, CentresMove::No, &stage)?;
             let after = better
                 .as_ref()
-                .map(|d| elsewhere(bench, &self.which, &d.equilibria));
+                .map(|d| elsewhere(pressed, &self.which, &d.equilibria));
             match (better, after) {
                 (Some(better), Some(after)) if after < NEWS * least => (best, least) = (better, after),
                 _ => {
-                    self.put_back(bench, held);
+                    self.put_back(pressed, held);
                     break;
                 }
             }
@@ -318,51 +326,58 @@ impl Fitter<'_> {
     }
 
     /// The tangential forces as they are.
-    fn held(&self, bench: &Bench) -> Vec<Vec<Vec3>> {
-        let of = |&k: &usize| bench.presses[k].tangential.clone();
+    fn held(&self, pressed: &PressedSpecimen) -> Vec<Vec<Vec3>> {
+        let of = |&k: &usize| pressed.presses[k].tangential.clone();
         self.which.iter().map(of).collect()
     }
 
-    fn put_back(&self, bench: &mut Bench, forces: Vec<Vec<Vec3>>) {
+    fn put_back(&self, pressed: &mut PressedSpecimen, forces: Vec<Vec<Vec3>>) {
         for (&k, forces) in self.which.iter().zip(forces) {
-            bench.presses[k].tangential = forces;
+            pressed.presses[k].tangential = forces;
         }
     }
 
     /// Keeps the tangential forces if the markers elsewhere are better for them than for none.
     pub fn tangential(
         &mut self,
-        bench: &mut Bench,
+        pressed: &mut PressedSpecimen,
         found: Descent,
     ) -> Result<(Descent, Tangential), ProbeError> {
         if !self.options.tangential {
             return Ok((found, Tangential::Off));
         }
-        let told = self.told(bench);
+        let told = self.told(pressed);
         if !told.contains(&true) {
             return Ok((found, Tangential::Untold));
         }
-        let found = self.alternate(bench, found)?;
-        let held = self.held(bench);
+        let found = self.alternate(pressed, found)?;
+        let held = self.held(pressed);
         if held.iter().flatten().all(|t| *t == Vec3::zeros()) {
             return Ok((found, Tangential::Dropped));
         }
-        let with = elsewhere(bench, &self.which, &found.equilibria);
+        let with = elsewhere(pressed, &self.which, &found.equilibria);
         let none = held.iter().map(|t| vec![Vec3::zeros(); t.len()]).collect();
-        self.put_back(bench, none);
+        self.put_back(pressed, none);
         let stage = "without tangential forces";
         let noise = found.scaled_rms();
-        let plain = self.descend(bench, &found.law, noise, ROUND_TOLERANCE, CentresMove::No, stage)?;
+        let plain = self.descend(
+            pressed,
+            &found.law,
+            noise,
+            ROUND_TOLERANCE,
+            CentresMove::No,
+            stage,
+        )?;
         let without = plain
             .as_ref()
-            .map_or(f64::INFINITY, |p| elsewhere(bench, &self.which, &p.equilibria));
+            .map_or(f64::INFINITY, |p| elsewhere(pressed, &self.which, &p.equilibria));
         if let Some(plain) = plain.filter(|_| with > NEWS * without) {
             return Ok((plain, Tangential::Dropped));
         }
-        self.put_back(bench, held);
+        self.put_back(pressed, held);
         let forces = self.which.iter().zip(&told).filter(|(_, told)| **told);
         let named = |(&k, _): (&usize, &bool)| {
-            let press = &bench.presses[k];
+            let press = &pressed.presses[k];
             (press.name.clone(), press.tangential.clone())
         };
         let forces = forces.map(named).collect();
@@ -371,12 +386,19 @@ impl Fitter<'_> {
     }
 
     /// The last minimisation, to the end.
-    pub fn last(&mut self, bench: &Bench, found: Descent) -> Result<Descent, ProbeError> {
+    pub fn last(&mut self, pressed: &PressedSpecimen, found: Descent) -> Result<Descent, ProbeError> {
         if (self.cancelled)() {
             return Ok(found);
         }
         let noise = found.scaled_rms();
-        let last = self.descend(bench, &found.law, noise, LAST_TOLERANCE, CentresMove::No, "last")?;
+        let last = self.descend(
+            pressed,
+            &found.law,
+            noise,
+            LAST_TOLERANCE,
+            CentresMove::No,
+            "last",
+        )?;
         Ok(last
             .filter(|l| l.scaled_rms() <= found.scaled_rms() * 1.001)
             .unwrap_or(found))
@@ -396,11 +418,11 @@ fn without_centres(outcome: least_squares::Outcome, moved: usize) -> least_squar
 }
 
 /// Root mean square of the scaled residuals of the markers that are not under a probe; of all where there are no others.
-fn elsewhere(bench: &Bench, which: &[usize], equilibria: &[Levels]) -> f64 {
-    let residuals = super::problem::residuals(bench, which, equilibria);
+fn elsewhere(pressed: &PressedSpecimen, which: &[usize], equilibria: &[Levels]) -> f64 {
+    let residuals = super::problem::residuals(pressed, which, equilibria);
     let mut under = Vec::new();
     for &k in which {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         let points = press.point_of_component();
         for readings in &press.readings {
             let seen = readings.iter().zip(&points).filter(|(r, _)| r.is_some());

@@ -8,7 +8,7 @@
 
 use super::coordinates::Coordinates;
 use super::fit::ProbeError;
-use super::press::{Bench, Failure};
+use super::press::{Failure, PressedSpecimen};
 use crate::fem::measurement_set::MaterialCard;
 use crate::material::energy::EnergyRbf;
 use crate::material::isotropic::IsotropicRbf;
@@ -69,15 +69,21 @@ impl Symmetry {
 /// Young's modulus \[MPa\] of the linear material of ratio `poisson` that fits best at small strain; not positive where the
 /// readings go against the forces.
 pub(super) fn young(
-    bench: &Bench,
+    pressed: &PressedSpecimen,
     which: &[usize],
     symmetry: &Symmetry,
     poisson: f64,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<f64>, Failure> {
-    let force = |&k: &usize| bench.presses[k].forces.iter().map(Vec3::norm).fold(0.0, f64::max);
+    let force = |&k: &usize| {
+        pressed.presses[k]
+            .forces
+            .iter()
+            .map(Vec3::norm)
+            .fold(0.0, f64::max)
+    };
     let largest = which.iter().map(force).fold(0.0, f64::max);
-    let nodes = &bench.model.mesh.nodes;
+    let nodes = &pressed.model.mesh.nodes;
     let (low, high) = nodes
         .iter()
         .fold((nodes[0], nodes[0]), |(l, h), x| (l.inf(x), h.sup(x)));
@@ -87,10 +93,10 @@ pub(super) fn young(
     let Ok(law) = symmetry.linear(stiff, poisson) else {
         return Ok(None);
     };
-    let equilibria = bench.equilibria(&law, which, cancelled)?;
+    let equilibria = pressed.equilibria(&law, which, cancelled)?;
     let (mut square, mut product) = (0.0, 0.0);
     for (&k, levels) in which.iter().zip(&equilibria) {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         for ((u, readings), deviations) in levels.iter().zip(&press.readings).zip(&press.deviations) {
             for ((x, reading), deviation) in press.read(u).iter().zip(readings).zip(deviations) {
                 if let Some(measured) = reading {
@@ -106,7 +112,7 @@ pub(super) fn young(
 
 /// The linear law of `young` and `poisson`, made stiffer until the specimen stands all presses.
 pub(super) fn standing(
-    bench: &Bench,
+    pressed: &PressedSpecimen,
     which: &[usize],
     symmetry: &Symmetry,
     [young, poisson]: [f64; 2],
@@ -115,12 +121,12 @@ pub(super) fn standing(
     let mut stiffness = young;
     for _ in 0..STIFFENINGS {
         let law = symmetry.linear(stiffness, poisson)?;
-        if bench.equilibria(&law, which, cancelled).is_ok() || cancelled() {
+        if pressed.equilibria(&law, which, cancelled).is_ok() || cancelled() {
             return Ok(law);
         }
         stiffness *= STIFFER;
     }
     let law = symmetry.linear(stiffness, poisson)?;
-    bench.equilibria(&law, which, cancelled)?;
+    pressed.equilibria(&law, which, cancelled)?;
     Ok(law)
 }

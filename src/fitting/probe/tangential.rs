@@ -14,7 +14,7 @@
 //!
 //! Bickel 2010, 8.3: the forces that would make the probed points match are put back as known, and the law is fitted again.
 
-use super::press::{Bench, Failure, Levels, Press};
+use super::press::{Failure, Levels, Press, PressedSpecimen};
 use crate::fem::example::Sensor;
 use crate::material::law::Law;
 use crate::math::Vec3;
@@ -45,17 +45,17 @@ fn under(press: &Press) -> Vec<(Sensor, Vec<Vec3>)> {
 /// # Errors
 /// [`Failure`]: no derivatives at an equilibrium.
 pub fn estimate(
-    bench: &Bench,
+    pressed: &PressedSpecimen,
     law: &Law,
     which: &[usize],
     equilibria: &[Levels],
 ) -> Result<Vec<Vec<Vec3>>, Failure> {
     let nothing = |_: &Law, _: &Mandel| Vec::new();
     let across = |press: &Press| press.across().to_vec();
-    let slopes = bench.derivatives(law, which, equilibria, &nothing, &under, &across)?;
+    let slopes = pressed.derivatives(law, which, equilibria, &nothing, &under, &across)?;
     let mut forces = Vec::new();
     for ((&k, levels), slopes) in which.iter().zip(equilibria).zip(&slopes) {
-        let press = &bench.presses[k];
+        let press = &pressed.presses[k];
         let across = press.across();
         let points = press.point_of_component();
         let components: Vec<usize> = (0..points.len())

@@ -177,7 +177,6 @@ impl Options {
                 });
             }
         }
-
         if self.negligible_cost.is_nan() || self.negligible_cost < 0.0 {
             return Err(LeastSquaresError::Option {
                 field: "negligible_cost",

@@ -5,17 +5,16 @@ use super::text::{BaseText, LaboratoryText, MarkersText, ProbeText, SurfaceText,
 use crate::fem::example::Contact;
 use crate::fem::example_text::check_forces;
 use crate::fem::measurement_set::{DEVIATION_MM, MaterialCard};
-use crate::fem::setup::{FixedText, finite, positive_length, quantity, read_object};
+use crate::fem::setup::{FixedText, finite, length_unit, positive_length, quantity, read_object};
 use crate::geometry::axis::Axis;
 use crate::geometry::files::nrrd::read_nrrd;
 use crate::geometry::shapes::TubeBlock;
-use crate::material::check::{is_colour, is_id};
+use crate::material::check::is_id;
 use crate::material::database::Database;
 use crate::material::law::Law;
-use crate::material::record::Kind;
 use crate::math::Vec3;
 use crate::units::document::{Document, Mistake};
-use crate::units::{self, LengthUnit, UnitError};
+use crate::units::{self, LengthUnit};
 use std::path::Path;
 use toml::Spanned;
 
@@ -209,17 +208,7 @@ impl Laboratory {
     /// # Errors
     /// As [`Laboratory::read`], and a file that cannot be read.
     pub fn open(file: &Path, database: &Path) -> Result<Laboratory, Mistake> {
-        let unreadable = |e: std::io::Error| Mistake {
-            file: file.to_path_buf(),
-            line: 1,
-            column: 1,
-            message: format!("cannot be read: {e}"),
-        };
-        let document = Document {
-            file: file.to_path_buf(),
-            text: std::fs::read_to_string(file).map_err(unreadable)?,
-        };
-        Laboratory::read(document, database)
+        Laboratory::read(Document::open(file)?, database)
     }
 
     /// Standard deviation that the set gives its displacements \[mm\].
@@ -345,17 +334,9 @@ fn tubes(document: &Document, text: &Spanned<TubesText>) -> Result<(String, Fine
     Ok((words, fine))
 }
 
-fn unit_of(document: &Document, unit: &Option<Spanned<String>>) -> Result<Option<LengthUnit>, Mistake> {
-    let read = |text: &Spanned<String>| {
-        let wrong = |e: UnitError| document.mistake(&text.span(), e.to_string());
-        text.get_ref().parse::<LengthUnit>().map_err(wrong)
-    };
-    unit.as_ref().map(read).transpose()
-}
-
 fn surface(document: &Document, text: &Spanned<SurfaceText>) -> Result<(String, Fine), Mistake> {
     let own = text.get_ref();
-    let unit = unit_of(document, &own.unit)?;
+    let unit = length_unit(document, &own.unit)?;
     let path = document.resolve(own.file.get_ref());
     let object = read_object(&path, unit).map_err(|m| document.mistake(&own.file.span(), m))?;
     let element = positive_length(document, &own.element_size)?;
@@ -374,7 +355,7 @@ fn surface(document: &Document, text: &Spanned<SurfaceText>) -> Result<(String, 
 
 fn voxels(document: &Document, text: &Spanned<VoxelsText>) -> Result<(String, Fine), Mistake> {
     let own = text.get_ref();
-    let unit = unit_of(document, &own.unit)?.unwrap_or(LengthUnit::Millimetre);
+    let unit = length_unit(document, &own.unit)?.unwrap_or(LengthUnit::Millimetre);
     let fail = |message: String| document.mistake(&own.file.span(), message);
     let path = document.resolve(own.file.get_ref());
     let name = path.display();
@@ -396,41 +377,15 @@ fn voxels(document: &Document, text: &Spanned<VoxelsText>) -> Result<(String, Fi
     Ok((words, fine))
 }
 
+/// The density is that of the block, holes included.
 fn card(document: &Document, text: &LaboratoryText, density: f64) -> Result<MaterialCard, Mistake> {
     let own = text.material.get_ref();
-    if !is_id(own.id.get_ref()) {
-        let message = format!(
-            "found id {:?}, expected lower-case letters, digits and hyphens",
-            own.id.get_ref()
-        );
-        return Err(document.mistake(&own.id.span(), message));
+    if let Some(written) = &own.density_g_per_cm3 {
+        let message =
+            "found a density, which follows from that of the base and its share of the block: leave it out";
+        return Err(document.mistake(&written.span(), message));
     }
-    if !is_colour(own.colour.get_ref()) {
-        let message = format!("found colour {:?}, expected #rrggbb", own.colour.get_ref());
-        return Err(document.mistake(&own.colour.span(), message));
-    }
-    let axis = match &own.axis {
-        None => Vec3::z(),
-        Some(written) => {
-            let axis = finite(document, written)?;
-            if axis.norm() < 1e-9 || own.kind == Kind::Isotropic {
-                let message = "expected an axis with a length, of a transversely isotropic structure alone";
-                return Err(document.mistake(&written.span(), message));
-            }
-            axis.normalize()
-        }
-    };
-    Ok(MaterialCard {
-        id: own.id.get_ref().clone(),
-        name: own.name.clone(),
-        kind: own.kind,
-        axis,
-        colour: own.colour.get_ref().clone(),
-        density_g_per_cm3: (density * 1e3).round() / 1e3,
-        assumptions: own.assumptions.clone(),
-        printability: own.printability.clone(),
-        source: own.source.clone(),
-    })
+    own.card(document, (density * 1e3).round() / 1e3)
 }
 
 fn markers(document: &Document, texts: &Spanned<Vec<MarkersText>>) -> Result<Vec<MarkerGrid>, Mistake> {
