@@ -176,12 +176,13 @@ pub fn curve_plot(curve: &PressCurve) -> Svg {
     plot.series.push(contact);
     if !curve.marker_mm.is_empty() {
         plot.series.push(Series::prediction(
-            "marker nearest to it, fitted",
+            "nearest marker, fitted",
             with_rest(&mut curve.marker_mm.iter().map(|m| m.0)),
         ));
         let measured = curve.forces_n.iter().zip(&curve.marker_mm);
         let points = measured.filter_map(|(f, m)| Some([*f, m.1?])).collect();
-        plot.series.push(Series::target("the same, measured", points));
+        plot.series
+            .push(Series::target("nearest marker, measured", points));
     }
     plot.svg()
 }
