@@ -2,7 +2,7 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`clusters`] (K-means of tree nodes), [`search`] (the decision tree), [`workbench`] (layouts simulated
+//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the decision tree), [`workbench`] (layouts simulated
 //! in parallel), [`found`] (what a search leaves on disk).
 
 pub mod clusters;
@@ -11,4 +11,5 @@ pub mod goal;
 pub mod goal_text;
 pub mod misfit;
 pub mod search;
+pub mod space;
 pub mod workbench;

@@ -19,6 +19,7 @@
 
 use super::clusters::representatives;
 use super::misfit::{Misfit, Target};
+use super::space::distinct;
 use crate::fem::rig::{Layout, Response};
 use std::collections::HashMap;
 
@@ -415,15 +416,6 @@ fn by_error(a: &Ranked, b: &Ranked) -> std::cmp::Ordering {
         .rms_mm
         .total_cmp(&b.misfit.rms_mm)
         .then_with(|| a.layout.cmp(&b.layout))
-}
-
-/// How many different materials a layout mixes.
-pub fn distinct(layout: &[u8]) -> usize {
-    let mut seen = [false; 256];
-    layout
-        .iter()
-        .filter(|&&m| !std::mem::replace(&mut seen[m as usize], true))
-        .count()
 }
 
 #[cfg(test)]

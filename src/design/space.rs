@@ -1,0 +1,161 @@
+//! The layouts that may be built: which materials each cell may take, what may touch what, and what the whole may weigh
+//! and cost.
+//!
+//! ```text
+//! mass  M(m) = Σ_c V_c ρ(m_c) ≤ M̂        cost  C(m) = Σ_c V_c π(m_c) ≤ Ĉ        |{m_c}| ≤ k
+//! (m_a, m_b) ∉ apart for all cells a, b that touch;    m_c ∈ allowed_c
+//! ```
+//!
+//! Symbols: V_c volume of cell c \[cm³\], ρ density \[g/cm³\], π price \[per cm³\], in the goal's currency.
+
+/// The space that a search walks through.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Space {
+    /// Number of cells.
+    pub cells: usize,
+    /// Number of base materials.
+    pub materials: usize,
+    /// At most how many different materials in one layout.
+    pub most_materials: usize,
+    /// For each cell, the materials that it may take, ascending, `(cells)`.
+    pub allowed: Vec<Vec<u8>>,
+    /// For each cell, the cells that it touches, ascending, `(cells)`.
+    pub touching: Vec<Vec<u32>>,
+    /// Pairs of materials that must not touch.
+    pub apart: Vec<[u8; 2]>,
+    /// Volume of each cell \[cm³\], `(cells)`.
+    pub volumes_cm3: Vec<f64>,
+    /// Density of each material \[g/cm³\], `(materials)`.
+    pub densities_g_per_cm3: Vec<f64>,
+    /// Price of each material per cm³, `(materials)`.
+    pub prices_per_cm3: Vec<f64>,
+    /// Most mass \[g\].
+    pub most_mass_g: f64,
+    /// Most cost.
+    pub most_cost: f64,
+}
+
+impl Space {
+    /// A space without rules: `cells` cells, each of which may take any of `materials` materials.
+    pub fn free(cells: usize, materials: usize) -> Space {
+        Space {
+            cells,
+            materials,
+            most_materials: materials,
+            allowed: vec![(0..materials).map(|m| m as u8).collect(); cells],
+            touching: vec![Vec::new(); cells],
+            apart: Vec::new(),
+            volumes_cm3: vec![0.0; cells],
+            densities_g_per_cm3: vec![0.0; materials],
+            prices_per_cm3: vec![0.0; materials],
+            most_mass_g: f64::INFINITY,
+            most_cost: f64::INFINITY,
+        }
+    }
+
+    /// May this layout, `(cells)`, be built?
+    pub fn allows(&self, layout: &[u8]) -> bool {
+        layout.len() == self.cells && self.may_hold(layout)
+    }
+
+    /// May the first cells of a layout be these? No if every completion breaks a rule for what is decided already.
+    pub fn may_hold(&self, decided: &[u8]) -> bool {
+        distinct(decided) <= self.most_materials
+            && decided
+                .iter()
+                .zip(&self.allowed)
+                .all(|(m, allowed)| allowed.contains(m))
+            && (self.apart.is_empty() || (0..decided.len()).all(|cell| self.stands_apart(decided, cell)))
+            && self.least(decided, &self.densities_g_per_cm3) <= self.most_mass_g * (1.0 + 1e-12)
+            && self.least(decided, &self.prices_per_cm3) <= self.most_cost * (1.0 + 1e-12)
+    }
+
+    /// Does the material of `cell` stand beside none that it must not touch, among the decided cells?
+    fn stands_apart(&self, decided: &[u8], cell: usize) -> bool {
+        self.touching[cell].iter().all(|&other| {
+            let Some(&b) = decided.get(other as usize) else {
+                return true;
+            };
+            let a = decided[cell];
+            !self.apart.iter().any(|&pair| pair == [a, b] || pair == [b, a])
+        })
+    }
+
+    /// The least sum of volume times `density`, `(materials)`, over the completions of `decided`.
+    fn least(&self, decided: &[u8], density: &[f64]) -> f64 {
+        let known: f64 = decided
+            .iter()
+            .zip(&self.volumes_cm3)
+            .map(|(&m, v)| v * density[m as usize])
+            .sum();
+        let open: f64 = (decided.len()..self.cells)
+            .map(|c| {
+                let densities = self.allowed[c].iter().map(|&m| density[m as usize]);
+                self.volumes_cm3[c] * densities.fold(f64::INFINITY, f64::min)
+            })
+            .sum();
+        known + open
+    }
+
+    /// Mass of a layout \[g\].
+    pub fn mass_g(&self, layout: &[u8]) -> f64 {
+        self.least(layout, &self.densities_g_per_cm3)
+    }
+
+    /// Cost of a layout in the goal's currency.
+    pub fn cost(&self, layout: &[u8]) -> f64 {
+        self.least(layout, &self.prices_per_cm3)
+    }
+
+    /// How many layouts there are, without the rules on how cells go together.
+    pub fn size(&self) -> f64 {
+        self.allowed.iter().map(|a| a.len() as f64).product()
+    }
+}
+
+/// How many different materials a layout mixes.
+pub fn distinct(layout: &[u8]) -> usize {
+    let mut seen = [false; 256];
+    layout
+        .iter()
+        .filter(|&&m| !std::mem::replace(&mut seen[m as usize], true))
+        .count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_rule_forbids_what_it_says() {
+        let free = Space::free(3, 4);
+        assert!(free.allows(&[0, 1, 3]) && !free.allows(&[0, 1]) && free.size() == 64.0);
+        let two = Space {
+            most_materials: 2,
+            ..free.clone()
+        };
+        assert!(two.allows(&[1, 1, 2]) && !two.allows(&[0, 1, 2]));
+        let mut top = free.clone();
+        top.allowed[2] = vec![3];
+        assert!(top.allows(&[0, 0, 3]) && !top.allows(&[0, 0, 1]) && top.may_hold(&[0, 0]));
+        let apart = Space {
+            touching: vec![vec![1], vec![0, 2], vec![1]],
+            apart: vec![[0, 2]],
+            ..free.clone()
+        };
+        assert!(!apart.may_hold(&[2, 0]) && !apart.allows(&[1, 0, 2]) && apart.allows(&[0, 1, 2]));
+    }
+
+    #[test]
+    fn mass_and_cost_are_bounded_by_what_the_open_cells_cost_at_least() {
+        let space = Space {
+            volumes_cm3: vec![1.0, 2.0],
+            densities_g_per_cm3: vec![1.0, 3.0],
+            prices_per_cm3: vec![2.0, 0.5],
+            most_mass_g: 5.0,
+            ..Space::free(2, 2)
+        };
+        assert_eq!((space.mass_g(&[1, 0]), space.cost(&[1, 0])), (5.0, 4.5));
+        assert!(space.allows(&[1, 0]) && space.may_hold(&[1]) && !space.allows(&[0, 1]));
+    }
+}
