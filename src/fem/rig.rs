@@ -31,7 +31,7 @@ pub struct Press {
     pub factors: Vec<f64>,
     /// The contact point on the surface \[mm\].
     pub contact_point: Vec3,
-    sensors: Vec<(Sensor, Vec<Vec3>)>,
+    pub(super) sensors: Vec<(Sensor, Vec<Vec3>)>,
 }
 
 /// The object, held and wired.
@@ -186,22 +186,7 @@ impl Bench<'_> {
                 .solver
                 .curve(&materials, &press.load, &press.factors, options, cancelled);
             response.complete &= curve.stop == Stop::Converged;
-            let reached = curve.levels.len();
-            let read = |u: &[Vec3]| -> Vec<f64> {
-                press
-                    .sensors
-                    .iter()
-                    .flat_map(|(s, along)| {
-                        let moved = s.read(u);
-                        along.iter().map(move |d| moved.dot(d)).collect::<Vec<f64>>()
-                    })
-                    .collect()
-            };
-            let mut series: Vec<Vec<f64>> = curve.levels.iter().map(|u| read(u)).collect();
-            for level in reached..press.factors.len() {
-                series.push(continued(&series, &press.factors, level, press.components()));
-            }
-            response.displacements.extend(series.into_iter().flatten());
+            response.displacements.extend(press.series(&curve.levels));
         }
         response
     }
@@ -252,8 +237,28 @@ impl Press {
         self.sensors[index].0.read(u)
     }
 
-    fn components(&self) -> usize {
+    /// Number of displacement components at one level.
+    pub fn components(&self) -> usize {
         self.sensors.iter().map(|(_, along)| along.len()).sum()
+    }
+
+    /// All components at all levels, of the displacements at the `levels` that were reached, each `(nodes)` \[mm\]; beyond
+    /// them the last increment goes on.
+    pub(super) fn series(&self, levels: &[Vec<Vec3>]) -> Vec<f64> {
+        let read = |u: &Vec<Vec3>| -> Vec<f64> {
+            self.sensors
+                .iter()
+                .flat_map(|(s, along)| {
+                    let moved = s.read(u);
+                    along.iter().map(move |d| moved.dot(d)).collect::<Vec<f64>>()
+                })
+                .collect()
+        };
+        let mut series: Vec<Vec<f64>> = levels.iter().map(read).collect();
+        for level in levels.len()..self.factors.len() {
+            series.push(continued(&series, &self.factors, level, self.components()));
+        }
+        series.into_iter().flatten().collect()
     }
 }
 
@@ -342,6 +347,19 @@ pub(super) fn grid_for(solid: &Solid, cells: &Cells, size_mm: f64) -> Result<Gri
         .collect();
     let ends = if follows.is_some() { [0.0, 1.0] } else { extent };
     borders.extend(ends);
+    if follows.is_none() {
+        // Voxels stacked along another axis.
+        let (low, high) = (ends[0], ends[1]);
+        let others = cells.regions().iter().filter(|r| r.axis != axis);
+        for lines in others.flat_map(|r| {
+            let (a, b) = r.axis.others();
+            [(a, &r.across[0]), (b, &r.across[1])]
+        }) {
+            let (component, lines) = lines;
+            let inside = lines.iter().filter(|&&x| x > low && x < high);
+            borders.extend(inside.filter(|_| component == axis.index()));
+        }
+    }
     let levels = refined(
         borders,
         LEAST_LEVELS,
@@ -381,6 +399,12 @@ fn lines_along(cells: &Cells, component: usize) -> Vec<f64> {
     for region in cells.regions() {
         if region.axis.index() == component {
             lines.extend(&region.borders);
+        }
+        let (a, b) = region.axis.others();
+        for (own, borders) in [a, b].into_iter().zip(&region.across) {
+            if own == component {
+                lines.extend(borders);
+            }
         }
         if let Region::Box { min, max } = &region.region {
             lines.extend([min[component], max[component]]);
