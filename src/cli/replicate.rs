@@ -104,8 +104,11 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let mut bench = Workbench::new(&rig, solver, stop::flag(), &watch);
     let cells = goal.setup.cells.count();
     let searching = Instant::now();
-    let outcome =
-        search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
+    let outcome = if let Some(rules) = &goal.voxels {
+        super::replicate_voxels::search(&goal, &rig, &target, rules, &options, arguments.tolerance, &bar)?
+    } else {
+        search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?
+    };
     let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
     let outcome = outcome.refined(&target, &mut fine);
     let searched = searching.elapsed();
@@ -132,7 +135,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     };
     let page = replica
         .page(
-            search_facts(&outcome, &options, arguments, searched),
+            search_facts(&goal, &outcome, &options, arguments, searched),
             provenance(&goal),
         )
         .into_diagnostic()?;
@@ -224,12 +227,15 @@ pub fn export_meta(goal: &Goal, record: &Found) -> ExportMeta {
 }
 
 fn search_facts(
+    goal: &Goal,
     outcome: &Outcome,
     options: &search::Options,
     arguments: &Arguments,
     searched: Duration,
 ) -> Vec<Fact> {
-    let method = if options.exhaustive {
+    let method = if goal.voxels.is_some() {
+        "voxels: relaxed to mixtures, rounded, exchanged".to_string()
+    } else if options.exhaustive {
         "every layout simulated".to_string()
     } else {
         format!(
@@ -284,7 +290,8 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             "max_mm": best.misfit.max_mm,
             "largest_target_mm": replica.target.largest_mm(),
             "best_single_material_rms_mm": outcome.best_uniform.as_ref().map(|u| u.misfit.rms_mm),
-            "cells": best.layout.iter().enumerate().map(|(c, &m)| json!({
+            // Thousands of voxels stand in the layout's file.
+            "cells": best.layout.iter().enumerate().filter(|_| replica.goal.voxels.is_none()).map(|(c, &m)| json!({
                 "cell": replica.goal.setup.cells.name(c),
                 "material": replica.goal.palette[m as usize].record.id,
             })).collect::<Vec<_>>(),

@@ -2,8 +2,9 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the decision tree), [`workbench`] (layouts simulated
-//! in parallel), [`found`] (what a search leaves on disk).
+//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the
+//! decision tree), [`voxels`] (layouts of thousands of cells), [`workbench`] (layouts simulated in parallel), [`found`] (what
+//! a search leaves on disk).
 
 pub mod clusters;
 pub mod found;
@@ -12,4 +13,5 @@ pub mod goal_text;
 pub mod misfit;
 pub mod search;
 pub mod space;
+pub mod voxels;
 pub mod workbench;
