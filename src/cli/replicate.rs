@@ -1,13 +1,13 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
-use super::progress::SearchBar;
+use super::Answer;
+use super::searching::{Setting, Team};
 use super::terminal::{say, warn};
-use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
-use crate::design::search::{self, Outcome};
-use crate::design::workbench::Workbench;
+use crate::design::search::{self, Aim, Basis, Method, Outcome};
+use crate::design::space::Space;
 use crate::fabrication::export::ExportMeta;
 use crate::fabrication::layout::{self, export_options, tile_layout};
 use crate::fem::equilibrium;
@@ -44,25 +44,39 @@ pub struct Arguments {
     /// Where the report's pictures and curves go as separate .svg files [default: none are written]
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
-    /// Simulate every layout: proof for small spaces, days for large ones
-    #[arg(long)]
-    exhaustive: bool,
-    /// How many clusters of alike designs each level of the tree keeps
+    /// How to search: "anytime" learns from what it simulated and bounds the rest, "paper" walks the thesis' tree,
+    /// "exhaustive" simulates every layout
+    #[arg(long, value_name = "METHOD", value_enum, default_value_t = Way::Anytime)]
+    method: Way,
+    /// At most how many layouts the anytime search simulates; more make the bound tighter
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    simulations: usize,
+    /// Ends the search after this many seconds with the best layout so far [default: no limit]
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// How many clusters of alike designs each level of the thesis' tree keeps
     #[arg(long, value_name = "K", default_value_t = 20)]
     clusters: usize,
-    /// How many of the best layouts are improved by exchanging one cell at a time
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    polish: usize,
-    /// Seed of the clustering
+    /// How many of the best layouts are improved by exchanging one cell at a time [default: 3; none with --method paper]
+    #[arg(long, value_name = "N")]
+    polish: Option<usize>,
+    /// Seed of all random choices
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Accuracy of each simulation in the search, as a share of load and displacement; the layouts that are reported are
     /// simulated again at 1e-8
-    #[arg(long, value_name = "T", default_value_t = 1e-3)]
+    #[arg(long, value_name = "T", default_value_t = 1e-5)]
     tolerance: f64,
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Where every simulated layout is kept, so that a search that was ended goes on where it was [default:
+    /// DESIGN/found/simulated.redb]
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// Keep no simulated layouts
+    #[arg(long)]
+    no_journal: bool,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -71,11 +85,38 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The ways to search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Way {
+    Anytime,
+    Paper,
+    Exhaustive,
+}
+
+impl Way {
+    fn method(self) -> Method {
+        match self {
+            Way::Anytime => Method::Anytime,
+            Way::Paper => Method::Paper,
+            Way::Exhaustive => Method::Exhaustive,
+        }
+    }
+}
+
 /// Runs `pliant replicate`.
 ///
 /// # Errors
 /// A goal, a material or an object that is wrong; files that cannot be written.
 pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
+    let team = Team::join();
+    match replicate(arguments, &team) {
+        // The leader meets the same mistake and reports it.
+        Err(_) if !team.leads() => Ok(Answer::Failed),
+        answer => answer,
+    }
+}
+
+fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let began = Instant::now();
     let solver = equilibrium::Options::for_search(arguments.tolerance);
     solver.check().into_diagnostic()?;
@@ -87,29 +128,39 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     }
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
-    introduce(&goal, arguments.json);
+    introduce(&goal, arguments.json || !team.leads());
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
     let rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
     let target = Target::new(&goal.setup.examples);
-    let options = search::Options {
-        exhaustive: arguments.exhaustive,
-        clusters: arguments.clusters,
-        seed: arguments.seed,
-        polished: arguments.polish,
+    let space = Space {
         most_materials: goal.most_materials,
-        listed: 10,
+        ..Space::free(goal.setup.cells.count(), goal.palette.len())
     };
-    let bar = SearchBar::new(arguments.json);
-    let watch = |progress: &search::Progress, done: usize| bar.show(progress, done);
-    let mut bench = Workbench::new(&rig, solver, stop::flag(), &watch);
-    let cells = goal.setup.cells.count();
-    let searching = Instant::now();
-    let outcome =
-        search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
-    let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
-    let outcome = outcome.refined(&target, &mut fine);
-    let searched = searching.elapsed();
-    bar.finish();
+    let aim = Aim {
+        space: &space,
+        target: &target,
+        cost_weight_mm: 0.0,
+    };
+    let options = search_options(arguments, &target);
+    let found = arguments
+        .found
+        .clone()
+        .unwrap_or_else(|| goal.folder().join("found"));
+    let setting = Setting {
+        solver,
+        until: arguments.seconds.map(|s| began + Duration::from_secs_f64(s)),
+        journal: (!arguments.no_journal).then(|| {
+            let own = found.join("simulated.redb");
+            arguments.journal.clone().unwrap_or(own)
+        }),
+        quiet: arguments.json,
+    };
+    if !team.leads() {
+        team.serve(&rig, &setting);
+        return Ok(Answer::Done);
+    }
+    let searched = team.search(&rig, &aim, &options, &setting)?;
+    let outcome = searched.outcome;
     let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
         return Err(miette!(
             "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
@@ -117,10 +168,6 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
             outcome.simulations
         ));
     };
-    let found = arguments
-        .found
-        .clone()
-        .unwrap_or_else(|| goal.folder().join("found"));
     record.write(&found.join("layout.toml")).into_diagnostic()?;
     let fabricated = fabricate(arguments, &goal, &outcome, &record)?;
     let replica = Replica {
@@ -132,7 +179,13 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     };
     let page = replica
         .page(
-            search_facts(&outcome, &options, arguments, searched),
+            search_facts(
+                &outcome,
+                &options,
+                arguments,
+                searched.time,
+                searched.from_journal,
+            ),
             provenance(&goal),
         )
         .into_diagnostic()?;
@@ -145,10 +198,46 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         found: &found,
         export: fabricated.folder.as_deref(),
         whole: began.elapsed(),
-        searched,
+        searched: searched.time,
+        from_journal: searched.from_journal,
     };
     tell(arguments, &replica, &outcome, &page.warnings, &files);
     Ok(Answer::Done)
+}
+
+/// The share of the largest target displacement below which an error is nothing to look further for.
+const GOOD_ENOUGH: f64 = 2e-5;
+
+fn search_options(arguments: &Arguments, target: &Target) -> search::Options {
+    let method = arguments.method.method();
+    let polished = if method == Method::Paper { 0 } else { 3 };
+    search::Options {
+        method,
+        clusters: arguments.clusters,
+        seed: arguments.seed,
+        polished: arguments.polish.unwrap_or(polished),
+        most_simulations: arguments.simulations,
+        good_enough_mm: GOOD_ENOUGH * target.largest_mm(),
+        ..search::Options::default()
+    }
+}
+
+/// What no layout can be better than, in words.
+fn bound_words(outcome: &Outcome) -> String {
+    let bound = &outcome.bound;
+    match bound.basis {
+        Basis::Enumerated => format!("best possible: {}", bound.basis),
+        Basis::Nothing => "no bound: a material alone has no equilibrium under the loads".into(),
+        _ => format!(
+            "no layout can be better than {:.4} mm, a gap of {:.4} mm; this {}",
+            bound.score_mm,
+            outcome.gap_mm(),
+            match bound.basis {
+                Basis::Broken { .. } | Basis::Learned { .. } => format!("is {}", bound.basis),
+                _ => bound.basis.to_string(),
+            }
+        ),
+    }
 }
 
 fn introduce(goal: &Goal, quiet: bool) {
@@ -228,20 +317,26 @@ fn search_facts(
     options: &search::Options,
     arguments: &Arguments,
     searched: Duration,
+    from_journal: usize,
 ) -> Vec<Fact> {
-    let method = if options.exhaustive {
-        "every layout simulated".to_string()
-    } else {
-        format!(
-            "decision tree, K = {} clusters a level, {} best layouts polished",
+    let method = match options.method {
+        Method::Exhaustive => "every layout simulated".to_string(),
+        Method::Paper => format!(
+            "thesis' decision tree, K = {} clusters a level, {} best layouts polished; its culling is not conservative",
             options.clusters, options.polished
-        )
+        ),
+        Method::Anytime => format!(
+            "learning, {} best layouts polished, then a best-first tree",
+            options.polished
+        ),
     };
     vec![
         Fact::new("method", method),
         Fact::new("ended", format!("{:?}", outcome.stop).to_lowercase()),
+        Fact::new("bound", bound_words(outcome)),
         Fact::new("seed", options.seed),
         Fact::new("simulated layouts", outcome.simulations),
+        Fact::new("of these from the journal", from_journal),
         Fact::new("without equilibrium", outcome.failed),
         Fact::new("nodes culled", outcome.culled),
         Fact::new("nodes merged", outcome.merged),
@@ -273,6 +368,7 @@ struct Files<'a> {
     export: Option<&'a Path>,
     whole: Duration,
     searched: Duration,
+    from_journal: usize,
 }
 
 fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &[String], files: &Files) {
@@ -290,8 +386,12 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             })).collect::<Vec<_>>(),
             "ended": outcome.stop,
             "simulations": outcome.simulations,
+            "from_journal": files.from_journal,
             "failed": outcome.failed,
             "culled": outcome.culled,
+            "bound_mm": outcome.bound.score_mm,
+            "gap_mm": outcome.gap_mm(),
+            "bound_rests_on": outcome.bound.basis,
             "search_s": files.searched.as_secs_f64(),
             "whole_s": files.whole.as_secs_f64(),
             "layout": layout,
@@ -312,12 +412,17 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
     rows.extend(last);
     say(&layout_table(&rows));
     say(&replica.summary(best));
+    if arguments.method == Way::Paper {
+        say("the thesis' culling is not conservative: a better layout may have been passed by");
+    }
+    say(&bound_words(outcome));
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }
     say(&format!(
-        "{} layouts simulated, {} without equilibrium, {} nodes culled; search {}, in all {}",
+        "{} layouts simulated ({} of them before), {} without equilibrium, {} nodes culled; search {}, in all {}",
         outcome.simulations,
+        files.from_journal,
         outcome.failed,
         outcome.culled,
         duration(files.searched.as_secs_f64()),

@@ -2,7 +2,7 @@
 
 use super::goal::Goal;
 use super::misfit::{Misfit, Target};
-use super::search::{Options, Outcome, Stop};
+use super::search::{Bound, Options, Outcome, Stop};
 use crate::fem::rig::Layout;
 use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};
@@ -58,6 +58,9 @@ pub struct FoundError {
 pub struct FoundSearch {
     /// Why it ended.
     pub stop: Stop,
+    /// What no layout can be better than, and what that rests on.
+    #[serde(default)]
+    pub bound: Option<Bound>,
     /// The options, seed included.
     pub options: Options,
     /// Tolerance of each simulation.
@@ -198,6 +201,7 @@ impl Found {
             },
             search: FoundSearch {
                 stop: outcome.stop,
+                bound: Some(outcome.bound),
                 options: *options,
                 tolerance,
                 element_size_mm: goal.setup.element_size_mm,

@@ -79,6 +79,15 @@ impl Target {
         }
     }
 
+    /// Root mean square difference of two responses where the target was measured, `(components)` \[mm\].
+    pub fn between(&self, a: &[f64], b: &[f64]) -> f64 {
+        let squares = self.squares(|i, _| a[i] - b[i]);
+        let (sum, n) = squares
+            .filter(|(_, measured)| *measured > 0)
+            .fold((0.0, 0), |(sum, n), (square, _)| (sum + square, n + 1));
+        if n == 0 { 0.0 } else { (sum / n as f64).sqrt() }
+    }
+
     /// Root mean square distance of the target from the box `low ≤ x ≤ high` \[mm\]: no layout inside it is better.
     pub fn distance_to_box(&self, low: &[f64], high: &[f64]) -> f64 {
         let (mut sum, mut n) = (0.0, 0);

@@ -2,14 +2,17 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the decision tree), [`workbench`] (layouts simulated
-//! in parallel), [`found`] (what a search leaves on disk).
+//! from the target), [`space`] (the layouts that may be built), [`search`] (three ways through them), [`workbench`] (layouts
+//! simulated in parallel), [`journal`] (all of them kept on disk), `processes` (many of them
+//! together, with the feature `mpi`), [`found`] (what a search leaves on disk).
 
-pub mod clusters;
 pub mod found;
 pub mod goal;
 pub mod goal_text;
+pub mod journal;
 pub mod misfit;
+#[cfg(feature = "mpi")]
+pub mod processes;
 pub mod search;
 pub mod space;
 pub mod workbench;
