@@ -460,7 +460,12 @@ mod tests {
     fn target(layout: &[u8]) -> Target {
         let components: Vec<Option<f64>> = springs(layout).into_iter().map(Some).collect();
         let pairs = (0..=components.len()).collect();
-        Target { components, pairs }
+        let tolerances_mm = vec![0.0; components.len()];
+        Target {
+            components,
+            pairs,
+            tolerances_mm,
+        }
     }
 
     fn options() -> Options {
