@@ -2,7 +2,8 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the decision tree), [`workbench`] (layouts simulated
+//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`reach`] (is the goal
+//! within the palette's reach?), [`search`] (the decision tree), [`workbench`] (layouts simulated
 //! in parallel), [`found`] (what a search leaves on disk).
 
 pub mod clusters;
@@ -10,6 +11,7 @@ pub mod found;
 pub mod goal;
 pub mod goal_text;
 pub mod misfit;
+pub mod reach;
 pub mod search;
 pub mod space;
 pub mod workbench;
