@@ -2,7 +2,8 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`space`] (the layouts that may be built), [`search`] (three ways through them), [`workbench`] (layouts
+//! from the target), [`space`] (the layouts that may be built), [`reach`] (is the goal
+//! within the palette's reach?), [`search`] (three ways through them), [`workbench`] (layouts
 //! simulated in parallel), [`journal`] (all of them kept on disk), `processes` (many of them
 //! together, with the feature `mpi`), [`found`] (what a search leaves on disk).
 
@@ -13,6 +14,7 @@ pub mod journal;
 pub mod misfit;
 #[cfg(feature = "mpi")]
 pub mod processes;
+pub mod reach;
 pub mod search;
 pub mod space;
 pub mod workbench;

@@ -208,6 +208,19 @@ impl Bench<'_> {
 
     /// Presses one layout as example `index` says and keeps the whole displacement field.
     pub fn press(&mut self, layout: &[u8], index: usize, options: &Options) -> PressOutcome {
+        let factors = &self.rig.presses[index].factors;
+        self.press_at(layout, index, factors, options, &|| false)
+    }
+
+    /// The same at other forces: `factors`, rising from above zero, are shares of the example's largest force.
+    pub fn press_at(
+        &mut self,
+        layout: &[u8],
+        index: usize,
+        factors: &[f64],
+        options: &Options,
+        cancelled: &dyn Fn() -> bool,
+    ) -> PressOutcome {
         let laws = self.rig.laws_of(layout);
         let materials = Materials {
             laws: &laws,
@@ -226,7 +239,7 @@ impl Bench<'_> {
         }
         let curve = self
             .solver
-            .curve(&materials, &press.load, &press.factors, options, &|| false);
+            .curve(&materials, &press.load, factors, options, cancelled);
         let share_outside_range = curve.levels.last().map_or(0.0, |u| {
             let fields = point_fields(&self.rig.model.parts, u, &materials);
             let strained = fields.strain.iter().map(|e| e.norm() > NOTICEABLE_STRAIN);

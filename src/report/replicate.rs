@@ -138,6 +138,9 @@ impl Replica<'_> {
             share(best.misfit.max_mm),
             significant(largest, 3),
         );
+        if self.target.is_tolerant() {
+            text += " Only what is beyond the goal's tolerances counts.";
+        }
         if let Some(uniform) = &self.outcome.best_uniform {
             let name = &self.goal.palette[uniform.layout[0] as usize].record.name;
             text += &format!(
@@ -253,9 +256,11 @@ impl Replica<'_> {
             let curve = Curve::new(example, start);
             start = curve.end;
             let Some(point) = curve.point else { continue };
-            let measured = |f: usize| curve.target(point, f);
-            let target =
-                (0..example.forces_n.len()).filter_map(|f| Some([example.forces_n[f], measured(f)?]));
+            let measured = |f: usize| example.along(point, f);
+            let target: Vec<[f64; 2]> = (0..example.forces_n.len())
+                .filter_map(|f| Some([example.forces_n[f], measured(f)?]))
+                .collect();
+            let band = tolerance_band(example, point);
             let predicted = press.levels.iter().enumerate().map(|(f, u)| {
                 let sensor = self.rig.presses[curve.index(self.goal)].read(point, u);
                 [example.forces_n[f], sensor.dot(&example.contact.direction)]
@@ -272,7 +277,7 @@ impl Replica<'_> {
             let place = example.points[point].place;
             let plot = LinePlot::force_displacement(
                 format!("{}: displacement along the force", example.name),
-                Series::target("target", target.collect()),
+                Series::target("target", target).with_band(band),
                 Series::prediction("best layout", from_rest(predicted)),
                 base.collect(),
             );
@@ -381,16 +386,12 @@ impl<'a> Curve<'a> {
     fn new(example: &'a Example, start: usize) -> Curve<'a> {
         let width: usize = example.points.iter().map(|p| p.directions.len()).sum();
         let end = start + width * example.forces_n.len();
-        let mut curve = Curve {
+        Curve {
             example,
             start,
             end,
-            point: None,
-        };
-        let last = example.forces_n.len() - 1;
-        let give = |p: usize| curve.target(p, last).unwrap_or(f64::NEG_INFINITY);
-        curve.point = (0..example.points.len()).max_by(|&a, &b| give(a).total_cmp(&give(b)).then(b.cmp(&a)));
-        curve
+            point: example.telling_point(),
+        }
     }
 
     fn index(&self, goal: &Goal) -> usize {
@@ -401,18 +402,7 @@ impl<'a> Curve<'a> {
             .unwrap_or(0)
     }
 
-    /// Target displacement of a point along the force, where all its components are known.
-    fn target(&self, point: usize, force: usize) -> Option<f64> {
-        let p = &self.example.points[point];
-        let direction = &self.example.contact.direction;
-        p.directions
-            .iter()
-            .zip(&p.displacements_mm[force])
-            .map(|(d, x)| Some((*x)? * d.dot(direction)))
-            .sum()
-    }
-
-    /// The same out of a vector of all components.
+    /// Displacement of a point along the force out of a vector of all components.
     fn along(&self, point: usize, force: usize, components: &[f64]) -> f64 {
         let widths: Vec<usize> = self.example.points.iter().map(|p| p.directions.len()).collect();
         let first = self.start + force * widths.iter().sum::<usize>() + widths[..point].iter().sum::<usize>();
@@ -424,6 +414,16 @@ impl<'a> Curve<'a> {
             .map(|(i, d)| components[first + i] * d.dot(direction))
             .sum()
     }
+}
+
+/// Lower and upper end of what is allowed at each force where the target is known; empty where no tolerance is.
+fn tolerance_band(example: &Example, point: usize) -> Vec<[f64; 2]> {
+    let tolerances = &example.tolerances_mm[point];
+    if tolerances.iter().all(|t| *t == 0.0) {
+        return Vec::new();
+    }
+    let known = (0..tolerances.len()).filter_map(|f| Some((example.along(point, f)?, tolerances[f])));
+    known.map(|(x, t)| [x - t, x + t]).collect()
 }
 
 fn from_rest(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {

@@ -39,7 +39,12 @@ impl Bench for Springs {
 fn target(layout: &[u8]) -> Target {
     let components: Vec<Option<f64>> = springs(layout).into_iter().map(Some).collect();
     let pairs = (0..=components.len()).collect();
-    Target { components, pairs }
+    let tolerances_mm = vec![0.0; components.len()];
+    Target {
+        components,
+        pairs,
+        tolerances_mm,
+    }
 }
 
 fn options(method: Method) -> Options {
@@ -175,6 +180,7 @@ fn a_broken_monotonicity_is_said() {
         Target {
             components: vec![Some(200.0), Some(-84.0)],
             pairs: vec![0, 1, 2],
+            tolerances_mm: vec![0.0; 2],
         },
     );
     let aim = Aim {
