@@ -3,13 +3,15 @@
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
 //! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the decision tree), [`workbench`] (layouts simulated
-//! in parallel), [`found`] (what a search leaves on disk).
+//! in parallel), [`thickness`] (layer borders that move), [`robust`] (what is not known of the materials), [`found`] (what a search leaves on disk).
 
 pub mod clusters;
 pub mod found;
 pub mod goal;
 pub mod goal_text;
 pub mod misfit;
+pub mod robust;
 pub mod search;
 pub mod space;
+pub mod thickness;
 pub mod workbench;
