@@ -1,6 +1,7 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
 use super::progress::SearchBar;
+use super::replicate_shape::{Shape, Shaping};
 use super::terminal::{say, warn};
 use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
@@ -63,6 +64,12 @@ pub struct Arguments {
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Move the borders between layers of the best layouts until the error is least
+    #[arg(long)]
+    thickness: bool,
+    /// Rank layouts by the error that is not exceeded with this probability, given how well their materials are known
+    #[arg(long, value_name = "Q", num_args = 0..=1, require_equals = true, default_missing_value = "0.9")]
+    robust: Option<f64>,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -70,6 +77,9 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+/// Layouts that are listed.
+const LISTED: usize = 10;
 
 /// Runs `pliant replicate`.
 ///
@@ -86,10 +96,11 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
             .into_diagnostic()?;
     }
     let database = Database::open(&arguments.db).into_diagnostic()?;
-    let goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    let shaping = Shaping::asked(arguments.robust, arguments.thickness, arguments.seed, &goal)?;
     introduce(&goal, arguments.json);
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
-    let rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
+    let mut rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
     let target = Target::new(&goal.setup.examples);
     let options = search::Options {
         exhaustive: arguments.exhaustive,
@@ -97,7 +108,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         seed: arguments.seed,
         polished: arguments.polish,
         most_materials: goal.most_materials,
-        listed: 10,
+        listed: shaping.candidates().max(LISTED),
     };
     let bar = SearchBar::new(arguments.json);
     let watch = |progress: &search::Progress, done: usize| bar.show(progress, done);
@@ -107,16 +118,18 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let outcome =
         search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
     let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
-    let outcome = outcome.refined(&target, &mut fine);
+    let mut outcome = outcome.refined(&target, &mut fine);
+    let shape = shaping.shape(&mut goal, &mut rig, &target, &mut outcome, LISTED)?;
     let searched = searching.elapsed();
     bar.finish();
-    let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
+    let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
         return Err(miette!(
             "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
             goal.file().display(),
             outcome.simulations
         ));
     };
+    shape.note(&mut record);
     let found = arguments
         .found
         .clone()
@@ -129,13 +142,13 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         target: &target,
         outcome: &outcome,
         volumes_mm3: &fabricated.volumes_mm3,
+        modes: &shape.modes,
+        notes: &shape.notes(),
     };
-    let page = replica
-        .page(
-            search_facts(&outcome, &options, arguments, searched),
-            provenance(&goal),
-        )
-        .into_diagnostic()?;
+    let mut facts = search_facts(&outcome, &options, arguments, searched);
+    facts.extend(shape.facts(&goal));
+    let mut page = replica.page(facts, provenance(&goal)).into_diagnostic()?;
+    page.warnings.extend(shape.warnings(&goal));
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
     if let Some(folder) = &arguments.pictures {
@@ -147,7 +160,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         whole: began.elapsed(),
         searched,
     };
-    tell(arguments, &replica, &outcome, &page.warnings, &files);
+    tell(arguments, &replica, &outcome, &page.warnings, &shape, &files);
     Ok(Answer::Done)
 }
 
@@ -275,11 +288,18 @@ struct Files<'a> {
     searched: Duration,
 }
 
-fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &[String], files: &Files) {
+fn tell(
+    arguments: &Arguments,
+    replica: &Replica,
+    outcome: &Outcome,
+    warnings: &[String],
+    shape: &Shape,
+    files: &Files,
+) {
     let best = &outcome.best[0];
     let layout = files.found.join("layout.toml");
     if arguments.json {
-        let answer = json!({
+        let mut answer = json!({
             "rms_mm": best.misfit.rms_mm,
             "max_mm": best.misfit.max_mm,
             "largest_target_mm": replica.target.largest_mm(),
@@ -299,6 +319,7 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             "export": files.export,
             "warnings": warnings,
         });
+        shape.put(&mut answer);
         say(&format!("{answer:#}"));
         return;
     }
@@ -312,6 +333,9 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
     rows.extend(last);
     say(&layout_table(&rows));
     say(&replica.summary(best));
+    for fact in shape.facts(replica.goal) {
+        say(&format!("{}: {}", fact.name, fact.value));
+    }
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }
