@@ -2,7 +2,8 @@
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 //!
 //! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`measure`], [`object`], [`verify`]; what they share: [`terminal`] (output), [`progress`] (a
-//! bar while a search runs), `searching` (a search with its journal and processes), [`stop`] (Ctrl-C).
+//! bar while a search runs), `searching` (a search with its journal and
+//! processes), [`stop`] (Ctrl-C).
 
 pub mod db;
 pub mod export;
@@ -13,6 +14,7 @@ pub mod measure;
 pub mod object;
 pub mod progress;
 pub mod replicate;
+mod replicate_shape;
 mod searching;
 pub mod simulate;
 mod simulate_volume;

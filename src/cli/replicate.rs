@@ -1,7 +1,8 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
 use super::Answer;
-use super::searching::{Setting, Team};
+use super::replicate_shape::{Shape, Shaping};
+use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
@@ -77,6 +78,12 @@ pub struct Arguments {
     /// Keep no simulated layouts
     #[arg(long)]
     no_journal: bool,
+    /// Move the borders between layers of the best layouts until the error is least
+    #[arg(long)]
+    thickness: bool,
+    /// Rank layouts by the error that is not exceeded with this probability, given how well their materials are known
+    #[arg(long, value_name = "Q", num_args = 0..=1, require_equals = true, default_missing_value = "0.9")]
+    robust: Option<f64>,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -102,6 +109,8 @@ impl Way {
         }
     }
 }
+/// Layouts that are listed.
+const LISTED: usize = 10;
 
 /// Runs `pliant replicate`.
 ///
@@ -127,10 +136,11 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
             .into_diagnostic()?;
     }
     let database = Database::open(&arguments.db).into_diagnostic()?;
-    let goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    let shaping = Shaping::asked(arguments.robust, arguments.thickness, arguments.seed, &goal)?;
     introduce(&goal, arguments.json || !team.leads());
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
-    let rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
+    let mut rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
     let target = Target::new(&goal.setup.examples);
     let space = Space {
         most_materials: goal.most_materials,
@@ -141,7 +151,10 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         target: &target,
         cost_weight_mm: 0.0,
     };
-    let options = search_options(arguments, &target);
+    let options = search::Options {
+        listed: shaping.candidates().max(LISTED),
+        ..search_options(arguments, &target)
+    };
     let found = arguments
         .found
         .clone()
@@ -159,15 +172,19 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         team.serve(&rig, &setting);
         return Ok(Answer::Done);
     }
-    let searched = team.search(&rig, &aim, &options, &setting)?;
-    let outcome = searched.outcome;
-    let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
+    let searching = team.search(&rig, &aim, &options, &setting)?;
+    let mut outcome = searching.outcome.clone();
+    // Of the layers as drawn and the materials as fitted, which the steps below leave.
+    let bound = bound_words(&outcome);
+    let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, LISTED)?;
+    let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
         return Err(miette!(
             "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
             goal.file().display(),
             outcome.simulations
         ));
     };
+    shape.note(&mut record);
     record.write(&found.join("layout.toml")).into_diagnostic()?;
     let fabricated = fabricate(arguments, &goal, &outcome, &record)?;
     let replica = Replica {
@@ -176,19 +193,17 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         target: &target,
         outcome: &outcome,
         volumes_mm3: &fabricated.volumes_mm3,
+        modes: &shape.modes,
+        notes: &shape.notes(),
     };
-    let page = replica
-        .page(
-            search_facts(
-                &outcome,
-                &options,
-                arguments,
-                searched.time,
-                searched.from_journal,
-            ),
-            provenance(&goal),
-        )
+    let facts = [
+        search_facts(&outcome, &options, arguments, &searching, &bound),
+        shape.facts(&goal),
+    ];
+    let mut page = replica
+        .page(facts.concat(), provenance(&goal))
         .into_diagnostic()?;
+    page.warnings.extend(shape.warnings(&goal));
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
     if let Some(folder) = &arguments.pictures {
@@ -198,10 +213,11 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         found: &found,
         export: fabricated.folder.as_deref(),
         whole: began.elapsed(),
-        searched: searched.time,
-        from_journal: searched.from_journal,
+        searched: searching.time,
+        from_journal: searching.from_journal,
+        bound: &bound,
     };
-    tell(arguments, &replica, &outcome, &page.warnings, &files);
+    tell(arguments, &replica, &outcome, &page.warnings, &shape, &files);
     Ok(Answer::Done)
 }
 
@@ -316,8 +332,8 @@ fn search_facts(
     outcome: &Outcome,
     options: &search::Options,
     arguments: &Arguments,
-    searched: Duration,
-    from_journal: usize,
+    searching: &Searched,
+    bound: &str,
 ) -> Vec<Fact> {
     let method = match options.method {
         Method::Exhaustive => "every layout simulated".to_string(),
@@ -333,15 +349,15 @@ fn search_facts(
     vec![
         Fact::new("method", method),
         Fact::new("ended", format!("{:?}", outcome.stop).to_lowercase()),
-        Fact::new("bound", bound_words(outcome)),
+        Fact::new("bound", bound),
         Fact::new("seed", options.seed),
         Fact::new("simulated layouts", outcome.simulations),
-        Fact::new("of these from the journal", from_journal),
+        Fact::new("of these from the journal", searching.from_journal),
         Fact::new("without equilibrium", outcome.failed),
         Fact::new("nodes culled", outcome.culled),
         Fact::new("nodes merged", outcome.merged),
         Fact::new("tolerance of a simulation", format!("{:e}", arguments.tolerance)),
-        Fact::new("search time", duration(searched.as_secs_f64())),
+        Fact::new("search time", duration(searching.time.as_secs_f64())),
     ]
 }
 
@@ -369,13 +385,21 @@ struct Files<'a> {
     whole: Duration,
     searched: Duration,
     from_journal: usize,
+    bound: &'a str,
 }
 
-fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &[String], files: &Files) {
+fn tell(
+    arguments: &Arguments,
+    replica: &Replica,
+    outcome: &Outcome,
+    warnings: &[String],
+    shape: &Shape,
+    files: &Files,
+) {
     let best = &outcome.best[0];
     let layout = files.found.join("layout.toml");
     if arguments.json {
-        let answer = json!({
+        let mut answer = json!({
             "rms_mm": best.misfit.rms_mm,
             "max_mm": best.misfit.max_mm,
             "largest_target_mm": replica.target.largest_mm(),
@@ -399,6 +423,7 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             "export": files.export,
             "warnings": warnings,
         });
+        shape.put(&mut answer);
         say(&format!("{answer:#}"));
         return;
     }
@@ -415,7 +440,10 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
     if arguments.method == Way::Paper {
         say("the thesis' culling is not conservative: a better layout may have been passed by");
     }
-    say(&bound_words(outcome));
+    say(files.bound);
+    for fact in shape.facts(replica.goal) {
+        say(&format!("{}: {}", fact.name, fact.value));
+    }
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }

@@ -30,6 +30,8 @@ pub struct Goal {
     pub palette: Vec<BaseMaterial>,
     /// At most how many of them in one layout.
     pub most_materials: usize,
+    /// The thinnest layer that may be made \[mm\], if the goal says so.
+    pub least_layer_mm: Option<f64>,
 }
 
 /// A material of the palette with its law.
@@ -92,6 +94,8 @@ impl Goal {
         )?;
         let element_size_mm = goal.object.element_size_mm(&document, &object)?;
         let examples = read_examples(&document, &goal.example)?;
+        let least = goal.palette.least_layer.as_ref();
+        let least_layer_mm = least.map(|l| setup::positive_length(&document, l)).transpose()?;
         let setup = Setup {
             document,
             object,
@@ -105,6 +109,7 @@ impl Goal {
             setup,
             palette,
             most_materials,
+            least_layer_mm,
         })
     }
 

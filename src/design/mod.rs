@@ -5,7 +5,8 @@
 //! from the target), [`space`] (the layouts that may be built), [`reach`] (is the goal
 //! within the palette's reach?), [`search`] (three ways through them), [`workbench`] (layouts
 //! simulated in parallel), [`journal`] (all of them kept on disk), `processes` (many of them
-//! together, with the feature `mpi`), [`found`] (what a search leaves on disk).
+//! together, with the feature `mpi`), [`thickness`] (layer borders that move), [`robust`] (what is not known
+//! of the materials), [`found`] (what a search leaves on disk).
 
 pub mod found;
 pub mod goal;
@@ -15,6 +16,8 @@ pub mod misfit;
 #[cfg(feature = "mpi")]
 pub mod processes;
 pub mod reach;
+pub mod robust;
 pub mod search;
 pub mod space;
+pub mod thickness;
 pub mod workbench;

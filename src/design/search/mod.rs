@@ -196,6 +196,11 @@ impl Aim<'_> {
         } else {
             Misfit::FAILED
         };
+        self.ranked(layout, misfit)
+    }
+
+    /// A layout with an error that is known already.
+    pub fn ranked(&self, layout: &[u8], misfit: Misfit) -> Ranked {
         Ranked {
             score_mm: misfit.rms_mm + self.worth(self.space.cost(layout)),
             layout: layout.to_vec(),
