@@ -2,16 +2,23 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`clusters`] (K-means of tree nodes), [`space`] (the layouts that may be built), [`search`] (the
-//! decision tree), [`voxels`] (layouts of thousands of cells), [`workbench`] (layouts simulated in parallel), [`found`] (what
-//! a search leaves on disk).
+//! from the target), [`space`] (the layouts that may be built), [`reach`] (is the goal
+//! within the palette's reach?), [`search`] (three ways through them), [`workbench`] (layouts
+//! simulated in parallel), [`journal`] (all of them kept on disk), `processes` (many of them
+//! together, with the feature `mpi`), [`voxels`] (layouts of thousands of cells), [`thickness`] (layer borders that move), [`robust`] (what is not known
+//! of the materials), [`found`] (what a search leaves on disk).
 
-pub mod clusters;
 pub mod found;
 pub mod goal;
 pub mod goal_text;
+pub mod journal;
 pub mod misfit;
+#[cfg(feature = "mpi")]
+pub mod processes;
+pub mod reach;
+pub mod robust;
 pub mod search;
 pub mod space;
+pub mod thickness;
 pub mod voxels;
 pub mod workbench;

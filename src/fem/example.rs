@@ -44,8 +44,37 @@ pub struct Example {
     pub forces_n: Vec<f64>,
     /// What was measured.
     pub points: Vec<MeasuredPoint>,
+    /// How far a displacement may be off without counting as an error, `(points × forces)` \[mm\]; 0 where nothing is allowed.
+    pub tolerances_mm: Vec<Vec<f64>>,
     /// Where the displacements come from: a measurement, or a simulation that is named.
     pub origin: String,
+}
+
+impl Example {
+    /// The measured point that moves most along the force at the largest force: the one that tells most of how the object
+    /// gives. `None` where no point has all its components there.
+    pub fn telling_point(&self) -> Option<usize> {
+        let last = self.forces_n.len().checked_sub(1)?;
+        let give = |p: &usize| self.along(*p, last);
+        (0..self.points.len())
+            .filter(|p| give(p).is_some())
+            .max_by(|a, b| {
+                let (of_a, of_b) = (give(a).unwrap_or(0.0), give(b).unwrap_or(0.0));
+                of_a.total_cmp(&of_b).then(b.cmp(a))
+            })
+    }
+
+    /// Measured displacement of a point along the force at level `force` \[mm\]; `None` where a component that it needs was
+    /// lost.
+    pub fn along(&self, point: usize, force: usize) -> Option<f64> {
+        let point = &self.points[point];
+        let measured = point.directions.iter().zip(&point.displacements_mm[force]);
+        measured
+            .map(|(d, x)| (d.dot(&self.contact.direction), x))
+            .filter(|(share, _)| share.abs() > 1e-9)
+            .map(|(share, x)| Some((*x)? * share))
+            .sum()
+    }
 }
 
 /// Why a contact cannot act on an object.

@@ -2,7 +2,8 @@
 //!
 //! One row for each point and force: `force_n` along the contact's direction, or the whole vector `fx_n,fy_n,fz_n`; the point
 //! in the undeformed object, `x_mm,y_mm,z_mm`; its displacement, `dx_mm,dy_mm,dz_mm`, empty where a marker was lost; where
-//! known its standard deviation, `sd_mm`, which each of the three components has.
+//! known its standard deviation, `sd_mm`, which each of the three components has; for a goal, how far the displacement may be
+//! off, `tol_mm`.
 
 use super::example::MeasuredPoint;
 use crate::math::Vec3;
@@ -12,7 +13,8 @@ use toml::Spanned;
 
 const PLACE_AND_MOVE: [&str; 6] = ["x_mm", "y_mm", "z_mm", "dx_mm", "dy_mm", "dz_mm"];
 const FORCE_VECTOR: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
-const EXPECTED: &str = "force_n (or fx_n,fy_n,fz_n),x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm and where known sd_mm";
+const EXPECTED: &str =
+    "force_n (or fx_n,fy_n,fz_n),x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm and where known sd_mm, tol_mm";
 
 /// What such a file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +25,8 @@ pub struct ExampleTable {
     pub points: Vec<MeasuredPoint>,
     /// Standard deviation of each component of a displacement, `(points × levels)` \[mm\]; `None` where the file has none.
     pub deviations_mm: Vec<Vec<Option<f64>>>,
+    /// How far a displacement may be off, `(points × levels)` \[mm\]; `None` where the file says nothing.
+    pub tolerances_mm: Vec<Vec<Option<f64>>>,
 }
 
 #[derive(Deserialize)]
@@ -38,6 +42,7 @@ struct Row {
     dy_mm: Option<f64>,
     dz_mm: Option<f64>,
     sd_mm: Option<f64>,
+    tol_mm: Option<f64>,
 }
 
 impl Row {
@@ -59,6 +64,7 @@ impl Row {
             self.dy_mm,
             self.dz_mm,
             self.sd_mm,
+            self.tol_mm,
         ];
         let places = [self.x_mm, self.y_mm, self.z_mm];
         places
@@ -98,6 +104,7 @@ pub fn read_table(
         forces: Vec::new(),
         points: Vec::new(),
         deviations_mm: Vec::new(),
+        tolerances_mm: Vec::new(),
     };
     let headers = headers.clone();
     let mut record = csv::StringRecord::new();
@@ -116,9 +123,11 @@ pub fn read_table(
         return Err(bad(1, format!("found no rows, expected {EXPECTED}")));
     }
     let levels = table.forces.len();
-    for (point, deviations) in table.points.iter_mut().zip(&mut table.deviations_mm) {
+    for point in &mut table.points {
         point.displacements_mm.resize(levels, vec![None; 3]);
-        deviations.resize(levels, None);
+    }
+    for list in table.deviations_mm.iter_mut().chain(&mut table.tolerances_mm) {
+        list.resize(levels, None);
     }
     Ok(table)
 }
@@ -160,6 +169,11 @@ impl ExampleTable {
                 "found sd_mm = {sd}, expected a length above zero, or nothing"
             ));
         }
+        if let Some(tolerance) = row.tol_mm.filter(|t| *t < 0.0) {
+            return Err(format!(
+                "found tol_mm = {tolerance}, expected a length that is not negative, or nothing"
+            ));
+        }
         let force = row.force(direction).ok_or("found no force in this row")?;
         if self.forces.last() != Some(&force) {
             let before = self.forces.last().map_or(0.0, |f| f.dot(direction));
@@ -182,6 +196,7 @@ impl ExampleTable {
                     displacements_mm: Vec::new(),
                 });
                 self.deviations_mm.push(Vec::new());
+                self.tolerances_mm.push(Vec::new());
                 self.points.len() - 1
             }
         };
@@ -197,6 +212,8 @@ impl ExampleTable {
         series.push(vec![row.dx_mm, row.dy_mm, row.dz_mm]);
         self.deviations_mm[index].resize(level, None);
         self.deviations_mm[index].push(row.sd_mm);
+        self.tolerances_mm[index].resize(level, None);
+        self.tolerances_mm[index].push(row.tol_mm);
         Ok(())
     }
 }

@@ -295,6 +295,7 @@ fn example(
     Ok(Example {
         name: text.name.get_ref().clone(),
         contact,
+        tolerances_mm: vec![vec![0.0; forces_n.len()]; places.len()],
         points: places.into_iter().map(unmeasured).collect(),
         forces_n,
         origin: "computed".into(),

@@ -10,4 +10,4 @@ pub mod quantity;
 pub mod whole_file;
 
 pub use length_unit::LengthUnit;
-pub use quantity::{UnitError, compliance, density, force, length, stress};
+pub use quantity::{UnitError, compliance, density, force, length, mass, stiffness, stress};

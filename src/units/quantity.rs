@@ -90,6 +90,35 @@ pub fn stress(text: &str) -> Result<f64, UnitError> {
     )
 }
 
+/// A stiffness \[N/mm\] from text such as `8 N/mm`, `2 kN/m`.
+///
+/// # Errors
+/// As [`length`].
+pub fn stiffness(text: &str) -> Result<f64, UnitError> {
+    let known = "N/mm, N/cm, N/m, kN/mm, kN/m, mN/mm";
+    scaled("stiffness", text, "8 N/mm", known, |unit| match unit {
+        "N/mm" | "kN/m" => Some(1.0),
+        "N/cm" => Some(1e-1),
+        "N/m" | "mN/mm" => Some(1e-3),
+        "kN/mm" => Some(1e3),
+        _ => None,
+    })
+}
+
+/// A mass \[tonne\] from text such as `120 g`, `0.4 kg`.
+///
+/// # Errors
+/// As [`length`].
+pub fn mass(text: &str) -> Result<f64, UnitError> {
+    scaled("mass", text, "120 g", "mg, g, kg, t", |unit| match unit {
+        "mg" => Some(1e-9),
+        "g" => Some(1e-6),
+        "kg" => Some(1e-3),
+        "t" => Some(1.0),
+        _ => None,
+    })
+}
+
 /// A density \[tonne/mm³\] from text such as `1070 kg/m3`, `1.07 g/cm3`. The tonne is the unit of mass that goes with
 /// N and mm: 1 N = 1 t · mm/s². So 1000 kg/m³ is 1e-9 t/mm³.
 ///
@@ -221,6 +250,17 @@ mod tests {
         ] {
             assert_relative_eq!(stress(text).unwrap(), expected, max_relative = 1e-15);
         }
+        for (text, expected) in [
+            ("8 N/mm", 8.0),
+            ("2 kN/m", 2.0),
+            ("500 N/m", 0.5),
+            ("20N/cm", 2.0),
+        ] {
+            assert_relative_eq!(stiffness(text).unwrap(), expected, max_relative = 1e-15);
+        }
+        for (text, expected) in [("120 g", 1.2e-4), ("0.12 kg", 1.2e-4), ("3 mg", 3e-9)] {
+            assert_relative_eq!(mass(text).unwrap(), expected, max_relative = 1e-15);
+        }
         for text in ["1070 kg/m3", "1.07 g/cm^3", "1.07 t/m³"] {
             assert_relative_eq!(density(text).unwrap(), 1.07e-9, max_relative = 1e-14);
         }
@@ -253,7 +293,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_text_is_answered(text in "\\PC{0,12}") {
-            for read in [length, force, stress, density, compliance] {
+            for read in [length, force, stress, stiffness, mass, density, compliance] {
                 if let Ok(value) = read(&text) {
                     prop_assert!(value.is_finite());
                 }

@@ -4,7 +4,7 @@
 use crate::support::{GOAL, design, pliant};
 
 /// What is replaced, by what, the line that must be named, and words that must be said.
-const MISTAKES: [(&str, &str, usize, &[&str]); 28] = [
+const MISTAKES: [(&str, &str, usize, &[&str]); 32] = [
     ("schema = 1", "schema = 7", 1, &["7", "expected 1"]),
     ("name = \"Small block\"", "nmae = \"Small block\"", 2, &["nmae"]),
     (
@@ -113,6 +113,30 @@ const MISTAKES: [(&str, &str, usize, &[&str]); 28] = [
         20,
         &["needs either forces_n"],
     ),
+    (
+        "displacements_mm = [0.9, 1.7]",
+        "displacements_mm = [-0.9, -1.7]",
+        25,
+        &["-0.9 mm", "along the force"],
+    ),
+    (
+        "origin = \"made up\"",
+        "tolerance = \"0.1\"",
+        26,
+        &["without a unit", "25 mm"],
+    ),
+    (
+        "forces_n = [4, 8]\ndisplacements_mm = [0.9, 1.7]",
+        "stiffness = \"5 N/mm\"",
+        24,
+        &["without at", "10 N"],
+    ),
+    (
+        "forces_n = [4, 8]\ndisplacements_mm = [0.9, 1.7]",
+        "stiffness = \"5 MPa\"\nat = \"4 N\"",
+        24,
+        &["MPa", "N/mm"],
+    ),
 ];
 
 #[test]
@@ -208,4 +232,36 @@ fn lost_markers_are_allowed() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
+}
+
+/// Searches `goal` and answers in JSON.
+fn found(goal: &str, more: &[&str]) -> serde_json::Value {
+    let folder = design(goal);
+    let mut arguments = vec!["replicate", ".", "--json", "--no-export"];
+    arguments.extend(more);
+    let output = pliant(folder.path(), &arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Force over stiffness is a displacement: both goals ask for the same. A tolerance takes its part off the largest error.
+#[test]
+fn a_stiffness_asks_for_what_its_displacement_does_and_tolerance_counts() {
+    let curve = "forces_n = [4, 8]\ndisplacements_mm = [0.9, 1.7]";
+    let lists = GOAL.replace(curve, "forces_n = [4]\ndisplacements_mm = [0.8]");
+    let asked = GOAL.replace(curve, "stiffness = \"5 N/mm\"\nat = \"4 N\"");
+    let (lists, asked) = (found(&lists, &[]), found(&asked, &[]));
+    assert_eq!(lists["cells"], asked["cells"]);
+    let error = |found: &serde_json::Value| found["max_mm"].as_f64().unwrap();
+    assert!((error(&lists) - error(&asked)).abs() < 1e-9);
+    let part = 0.25 * error(&lists);
+    let tolerant = GOAL.replace(
+        curve,
+        &format!("forces_n = [4]\ndisplacements_mm = [0.8]\ntolerance = \"{part} mm\""),
+    );
+    let tolerant = found(&tolerant, &[]);
+    assert!((error(&tolerant) - 0.75 * error(&lists)).abs() < 1e-6);
+    let generous = GOAL.replace(curve, &format!("{curve}\ntolerance = \"90 %\""));
+    assert_eq!(found(&generous, &[])["rms_mm"], 0.0);
 }

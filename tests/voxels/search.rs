@@ -60,6 +60,7 @@ fn twin(counts: [usize; 3], more: &str) -> Twin {
                 displacements_mm: vec![vec![Some(0.0); 3]; 2],
             })
             .collect();
+        example.tolerances_mm = vec![vec![0.0; 2]; 9];
     }
     let rig = rig(&goal);
     let options = equilibrium::Options::default();

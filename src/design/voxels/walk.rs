@@ -19,7 +19,7 @@ use super::exchange;
 use super::linear::{Linear, Shares, shares_of};
 use super::rules::Rules;
 use crate::design::misfit::{Misfit, Target};
-use crate::design::search::{Outcome, Progress, Ranked, Stop};
+use crate::design::search::{Basis, Bound, Outcome, Progress, Ranked, Stop};
 use crate::design::space::Space;
 use crate::fem::equilibrium;
 use crate::fem::mixture::{MixtureError, Mixtures, Pressed, Reading};
@@ -185,6 +185,8 @@ pub fn search(
         place: ("starting", [1, 1]),
     };
     let stop = match walk.run() {
+        Ok(()) if walk.best_rms_mm() <= options.enough_mm => Stop::GoodEnough,
+        Ok(()) if walk.simulations >= options.most_simulations => Stop::Exhausted,
         Ok(()) => Stop::Searched,
         Err(End::Interrupted) => Stop::Interrupted,
         Err(End::Mixture(error)) => return Err(error.into()),
@@ -282,7 +284,8 @@ impl Walk<'_> {
             phase,
             level,
             batch: 1,
-            best_rms_mm: self.best_rms_mm(),
+            best_mm: self.best_rms_mm(),
+            bound_mm: 0.0,
         };
         (self.watch)(&progress, 0);
         let m = self.space.materials;
@@ -563,13 +566,14 @@ impl Walk<'_> {
         let levels: usize = presses.iter().map(|p| p.factors.len()).sum();
         let most = self.options.readings.min(MOST_NUMBERS / self.free.len().max(1));
         let most = (most / levels.max(1)).max(1);
+        let excess = self.target.excess(displacements);
         let (mut readings, mut residuals) = (Vec::new(), Vec::new());
         let mut start = 0;
         for (k, press) in presses.iter().enumerate() {
             let count = press.components();
             for level in 0..press.factors.len() {
                 let own: Vec<Option<f64>> = (start..start + count)
-                    .map(|i| self.target.components[i].map(|x| displacements[i] - x))
+                    .map(|i| self.target.components[i].map(|_| excess[i]))
                     .collect();
                 start += count;
                 for weights in combinations(&own, most, &mut self.random) {
@@ -587,18 +591,27 @@ impl Walk<'_> {
     }
 
     fn found(self, stop: Stop) -> Found {
-        let best = self.best.as_ref().map(|(choice, misfit)| Ranked {
-            layout: self.by_cell(choice),
-            misfit: *misfit,
-        });
-        let best_uniform = self.best_uniform.map(|(m, misfit)| Ranked {
-            layout: vec![m; self.space.cells],
+        let ranked = |layout: Layout, misfit: Misfit| Ranked {
+            layout,
             misfit,
-        });
+            score_mm: misfit.rms_mm,
+        };
+        let best = self.best.as_ref();
+        let best: Vec<Ranked> = best
+            .map(|(choice, misfit)| ranked(self.by_cell(choice), *misfit))
+            .into_iter()
+            .collect();
+        let uniform = self.best_uniform;
+        let best_uniform = uniform.map(|(m, misfit)| ranked(vec![m; self.space.cells], misfit));
         Found {
             outcome: Outcome {
-                best: best.into_iter().collect(),
+                simulated: best.clone(),
+                best,
                 best_uniform,
+                bound: Bound {
+                    score_mm: 0.0,
+                    basis: Basis::Nothing,
+                },
                 stop,
                 simulations: self.simulations,
                 failed: self.failed,
