@@ -21,11 +21,90 @@
 //! | [`exchange`] | the exchanges that lower a linearised error most |
 //! | [`connected`] | connected parts |
 //! | [`walk`] | the phases |
+//! | `combinations` | few combinations of very many readings |
 
+mod combinations;
 pub mod connected;
 pub mod exchange;
 pub mod linear;
 pub mod rules;
 pub mod walk;
 
-pub use walk::{Found, Options, search};
+use crate::design::search::Outcome;
+use crate::fem::mixture::MixtureError;
+
+pub use walk::search;
+
+/// How to search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Seed of the orders in which variables are rounded, and of combinations of readings. Default 1.
+    pub seed: u64,
+    /// Most simulations. Default 120.
+    pub most_simulations: usize,
+    /// Most steps of relaxing. Default 10.
+    pub relaxing: usize,
+    /// Most further cycles of the three phases, each from a mixture around the best layout. Default 2.
+    pub cycles: usize,
+    /// Most readings in one linearisation. Default 600.
+    pub readings: usize,
+    /// RMS error at which the search ends \[mm\]. Default 0.
+    pub enough_mm: f64,
+    /// Tolerance of a simulation of mixtures. Default 1e-3.
+    pub tolerance: f64,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            seed: 1,
+            most_simulations: 120,
+            relaxing: 10,
+            cycles: 2,
+            readings: 600,
+            enough_mm: 0.0,
+            tolerance: 1e-3,
+        }
+    }
+}
+
+/// Why there is no search.
+#[derive(Debug, thiserror::Error)]
+pub enum BadVoxels {
+    /// A rule that this search does not know.
+    #[error("{0} is not known to the search for layouts of voxels: leave it out, or use layers")]
+    Rule(&'static str),
+    /// Options that cannot be.
+    #[error("voxel search option {field} is 0: it must be at least 1")]
+    Zero {
+        /// Which one.
+        field: &'static str,
+    },
+    /// The simulation.
+    #[error(transparent)]
+    Mixture(#[from] MixtureError),
+}
+
+/// What a search found, and what it took.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The best layout, if any, as other searches answer it.
+    pub outcome: Outcome,
+    /// Linearisations: each costs an adjoint solve a reading.
+    pub linearisations: usize,
+    /// RMS error of the relaxed mixtures \[mm\].
+    pub relaxed_rms_mm: f64,
+    /// Each time that a layout was better than all before.
+    pub history: Vec<Milestone>,
+}
+
+/// A layout better than all before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Milestone {
+    /// Simulations until then, its own among them.
+    pub simulations: usize,
+    /// Linearisations until then.
+    pub linearisations: usize,
+    /// Its RMS error \[mm\].
+    pub rms_mm: f64,
+}

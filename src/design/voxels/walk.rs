@@ -14,10 +14,12 @@
 //!
 //! The answer depends on the seed and not on the number of threads.
 
+use super::combinations::combinations;
 use super::connected::Parts;
 use super::exchange;
 use super::linear::{Linear, Shares, shares_of};
 use super::rules::Rules;
+use super::{BadVoxels, Found, Milestone, Options};
 use crate::design::misfit::{Misfit, Target};
 use crate::design::search::{Basis, Bound, Outcome, Progress, Ranked, Stop};
 use crate::design::space::Space;
@@ -26,8 +28,8 @@ use crate::fem::mixture::{MixtureError, Mixtures, Pressed, Reading};
 use crate::fem::rig::{Layout, Rig};
 use crate::math::mandel::Mandel;
 use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
 use rand::seq::SliceRandom;
-use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256Plus;
 
 /// Ways from mixtures to the layout that is rounded to, one a step of the rounding.
@@ -44,80 +46,6 @@ const EXACTER: f64 = 0.01;
 const ADJOINT_TOLERANCE: f64 = 1e-3;
 /// Most numbers in the derivatives.
 const MOST_NUMBERS: usize = 20_000_000;
-
-/// How to search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// Seed of the orders in which variables are rounded, and of combinations of readings. Default 1.
-    pub seed: u64,
-    /// Most simulations. Default 120.
-    pub most_simulations: usize,
-    /// Most steps of relaxing. Default 10.
-    pub relaxing: usize,
-    /// Most further cycles of the three phases, each from a mixture around the best layout. Default 2.
-    pub cycles: usize,
-    /// Most readings in one linearisation. Default 600.
-    pub readings: usize,
-    /// RMS error at which the search ends \[mm\]. Default 0.
-    pub enough_mm: f64,
-    /// Tolerance of a simulation of mixtures. Default 1e-3.
-    pub tolerance: f64,
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options {
-            seed: 1,
-            most_simulations: 120,
-            relaxing: 10,
-            cycles: 2,
-            readings: 600,
-            enough_mm: 0.0,
-            tolerance: 1e-3,
-        }
-    }
-}
-
-/// Why there is no search.
-#[derive(Debug, thiserror::Error)]
-pub enum BadVoxels {
-    /// A rule that this search does not know.
-    #[error("{0} is not known to the search for layouts of voxels: leave it out, or use layers")]
-    Rule(&'static str),
-    /// Options that cannot be.
-    #[error("voxel search option {field} is 0: it must be at least 1")]
-    Zero {
-        /// Which one.
-        field: &'static str,
-    },
-    /// The simulation.
-    #[error(transparent)]
-    Mixture(#[from] MixtureError),
-}
-
-/// What a search found, and what it took.
-#[derive(Clone, Debug)]
-pub struct Found {
-    /// The best layout, if any, as other searches answer it.
-    pub outcome: Outcome,
-    /// Linearisations: each costs an adjoint solve a reading.
-    pub linearisations: usize,
-    /// RMS error of the relaxed mixtures \[mm\].
-    pub relaxed_rms_mm: f64,
-    /// Each time that a layout was better than all before.
-    pub history: Vec<Milestone>,
-}
-
-/// A layout better than all before it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Milestone {
-    /// Simulations until then, its own among them.
-    pub simulations: usize,
-    /// Linearisations until then.
-    pub linearisations: usize,
-    /// Its RMS error \[mm\].
-    pub rms_mm: f64,
-}
 
 /// Searches the layouts of a rig for one that behaves like the target.
 ///
@@ -622,67 +550,5 @@ impl Walk<'_> {
             relaxed_rms_mm: self.relaxed_rms_mm,
             history: self.history,
         }
-    }
-}
-
-/// Up to `most` orthonormal combinations of the measured ones among `residuals`: each alone if they are so few, else the
-/// residual itself and random ones.
-fn combinations(residuals: &[Option<f64>], most: usize, random: &mut Xoshiro256Plus) -> Vec<Vec<f64>> {
-    let measured: Vec<usize> = (0..residuals.len()).filter(|&i| residuals[i].is_some()).collect();
-    let unit = |i: usize| {
-        (0..residuals.len())
-            .map(|j| f64::from(u8::from(i == j)))
-            .collect()
-    };
-    if measured.len() <= most {
-        return measured.into_iter().map(unit).collect();
-    }
-    let mut all: Vec<Vec<f64>> = Vec::new();
-    for k in 0..most {
-        let mut own = vec![0.0; residuals.len()];
-        for &i in &measured {
-            own[i] = if k == 0 {
-                residuals[i].unwrap_or(0.0)
-            } else {
-                random.gen_range(-1.0..1.0)
-            };
-        }
-        // Twice is enough for Gram and Schmidt.
-        for _ in 0..2 {
-            for other in &all {
-                let along: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
-                own.iter_mut().zip(other).for_each(|(a, b)| *a -= along * b);
-            }
-        }
-        let norm = own.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if norm > 1e-9 && norm.is_finite() {
-            all.push(own.into_iter().map(|x| x / norm).collect());
-        }
-    }
-    all
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn combinations_hold_the_residual_and_are_orthonormal() {
-        let residuals: Vec<Option<f64>> = (0..20)
-            .map(|i| (i != 7).then(|| (i * 13 % 11) as f64 - 4.0))
-            .collect();
-        let mut random = Xoshiro256Plus::seed_from_u64(3);
-        let few = combinations(&residuals, 5, &mut random);
-        assert_eq!(few.len(), 5);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        for (i, a) in few.iter().enumerate() {
-            assert_eq!(a[7], 0.0);
-            for (j, b) in few.iter().enumerate() {
-                assert!((dot(a, b) - f64::from(u8::from(i == j))).abs() < 1e-12);
-            }
-        }
-        let own: Vec<f64> = residuals.iter().map(|r| r.unwrap_or(0.0)).collect();
-        assert!((dot(&own, &few[0]).abs() - dot(&own, &own).sqrt()).abs() < 1e-12);
-        assert_eq!(combinations(&residuals, 19, &mut random).len(), 19);
     }
 }
