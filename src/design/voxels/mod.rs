@@ -40,11 +40,11 @@ pub use walk::search;
 pub struct Options {
     /// Seed of the orders in which variables are rounded, and of combinations of readings. Default 1.
     pub seed: u64,
-    /// Most simulations. Default 120.
+    /// Most simulations. Default 80.
     pub most_simulations: usize,
     /// Most steps of relaxing. Default 10.
     pub relaxing: usize,
-    /// Most further cycles of the three phases, each from a mixture around the best layout. Default 2.
+    /// Most further cycles of the three phases, each from a mixture around the best layout. Default 1.
     pub cycles: usize,
     /// Most readings in one linearisation. Default 600.
     pub readings: usize,
@@ -58,9 +58,9 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             seed: 1,
-            most_simulations: 120,
+            most_simulations: 80,
             relaxing: 10,
-            cycles: 2,
+            cycles: 1,
             readings: 600,
             enough_mm: 0.0,
             tolerance: 1e-3,

@@ -7,7 +7,7 @@
 //! 3. *Exchanging* ([`exchange`]) changes a handful of variables at a time, fewer where that did not help, until not even
 //!    one of the best single exchanges does.
 //!
-//! Two further cycles start from mixtures around the best layout.
+//! A further cycle starts from a mixture around the best layout.
 //!
 //! An answer is a layout that was simulated whole. Where the readings are very many, each level of a press is told by as
 //! many random combinations of them as fit, the first of which is its residual: the gradient stays exact.
