@@ -13,6 +13,7 @@ pub mod measure;
 pub mod object;
 pub mod progress;
 pub mod replicate;
+mod replicate_rules;
 pub mod simulate;
 mod simulate_volume;
 pub mod stop;

@@ -1,12 +1,15 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
 use super::progress::SearchBar;
+use super::replicate_rules as rules;
 use super::terminal::{say, warn};
 use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
+use crate::design::reach::Reach;
 use crate::design::search::{self, Outcome};
+use crate::design::space::Space;
 use crate::design::workbench::Workbench;
 use crate::fabrication::export::ExportMeta;
 use crate::fabrication::layout::{self, export_options, tile_layout};
@@ -63,6 +66,9 @@ pub struct Arguments {
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Show which layouts no other beats in both error and mass, and error and cost where the goal names prices
+    #[arg(long)]
+    pareto: bool,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -79,18 +85,15 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let began = Instant::now();
     let solver = equilibrium::Options::for_search(arguments.tolerance);
     solver.check().into_diagnostic()?;
-    if let Some(threads) = arguments.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .into_diagnostic()?;
-    }
+    use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
     introduce(&goal, arguments.json);
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
     let rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
     let target = Target::new(&goal.setup.examples);
+    let space = goal.space(&rig).into_diagnostic()?;
+    let reach = rules::judge(&goal, &rig, &space, arguments.json);
     let options = search::Options {
         exhaustive: arguments.exhaustive,
         clusters: arguments.clusters,
@@ -102,21 +105,25 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let bar = SearchBar::new(arguments.json);
     let watch = |progress: &search::Progress, done: usize| bar.show(progress, done);
     let mut bench = Workbench::new(&rig, solver, stop::flag(), &watch);
-    let cells = goal.setup.cells.count();
     let searching = Instant::now();
-    let outcome =
-        search::search(cells, goal.palette.len(), &target, &options, &mut bench).into_diagnostic()?;
+    let outcome = search::search_in(&space, &target, &options, &mut bench).into_diagnostic()?;
     let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
     let outcome = outcome.refined(&target, &mut fine);
+    let fronts = if arguments.pareto {
+        rules::fronts(&goal, &space, &target, &outcome, &mut fine)
+    } else {
+        Vec::new()
+    };
     let searched = searching.elapsed();
     bar.finish();
-    let Some(record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
+    let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
         return Err(miette!(
             "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
             goal.file().display(),
             outcome.simulations
         ));
     };
+    record.pareto = rules::found_choices(&goal, &fronts);
     let found = arguments
         .found
         .clone()
@@ -130,12 +137,13 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         outcome: &outcome,
         volumes_mm3: &fabricated.volumes_mm3,
     };
-    let page = replica
+    let mut page = replica
         .page(
             search_facts(&outcome, &options, arguments, searched),
             provenance(&goal),
         )
         .into_diagnostic()?;
+    page.sections = rules::sections(&goal, &reach, &fronts);
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
     if let Some(folder) = &arguments.pictures {
@@ -146,9 +154,20 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         export: fabricated.folder.as_deref(),
         whole: began.elapsed(),
         searched,
+        space: &space,
+        reach: &reach,
+        fronts: &fronts,
     };
     tell(arguments, &replica, &outcome, &page.warnings, &files);
     Ok(Answer::Done)
+}
+
+fn use_threads(threads: Option<usize>) -> miette::Result<()> {
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .into_diagnostic()
 }
 
 fn introduce(goal: &Goal, quiet: bool) {
@@ -260,7 +279,8 @@ fn provenance(goal: &Goal) -> Vec<Fact> {
 
 /// Writes every figure of the page to `folder/NAME-FIGURE.svg`.
 fn write_pictures(page: &ReplicatePage, folder: &Path, name: &str) -> miette::Result<()> {
-    for figure in page.pictures.iter().chain(&page.plots) {
+    let more = page.sections.iter().flat_map(|section| &section.figures);
+    for figure in page.pictures.iter().chain(&page.plots).chain(more) {
         let file = folder.join(format!("{name}-{}.svg", super::export::plain(&figure.name)));
         replace_file(&file, figure.drawing.as_str().as_bytes())
             .map_err(|e| miette!("{}: cannot be written: {e}", file.display()))?;
@@ -273,6 +293,9 @@ struct Files<'a> {
     export: Option<&'a Path>,
     whole: Duration,
     searched: Duration,
+    space: &'a Space,
+    reach: &'a Reach,
+    fronts: &'a [rules::Front],
 }
 
 fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &[String], files: &Files) {
@@ -297,6 +320,11 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             "layout": layout,
             "report": files.found.join("report.html"),
             "export": files.export,
+            "mass_g": files.space.mass_g(&best.layout),
+            "cost": replica.goal.rules.currency.as_ref().map(|_| files.space.cost(&best.layout)),
+            "currency": replica.goal.rules.currency,
+            "out_of_reach": rules::reach_json(files.reach, replica.goal),
+            "pareto": rules::found_choices(replica.goal, files.fronts),
             "warnings": warnings,
         });
         say(&format!("{answer:#}"));
@@ -312,6 +340,7 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
     rows.extend(last);
     say(&layout_table(&rows));
     say(&replica.summary(best));
+    rules::tell_fronts(replica.goal, files.fronts);
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }

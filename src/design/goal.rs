@@ -2,6 +2,8 @@
 //! checked, so that what follows need not ask again.
 
 use super::goal_text::{GoalText, PaletteText};
+use super::rules::Rules;
+use super::rules_text::read_rules;
 use crate::fem::example_text::read_examples;
 use crate::fem::regions::read_cells;
 use crate::fem::setup::{self, Setup};
@@ -30,6 +32,8 @@ pub struct Goal {
     pub palette: Vec<BaseMaterial>,
     /// At most how many of them in one layout.
     pub most_materials: usize,
+    /// What may touch what, lie on the surface, and what the whole may weigh and cost.
+    pub rules: Rules,
 }
 
 /// A material of the palette with its law.
@@ -84,6 +88,7 @@ impl Goal {
         let object = goal.object.read(&document)?;
         let palette = palette(&document, &goal.palette, database)?;
         let most_materials = most_materials(&document, &goal.palette, palette.len())?;
+        let rules = read_rules(&document, &goal.palette, &palette)?;
         let cells = read_cells(
             &document,
             &goal.region,
@@ -105,6 +110,7 @@ impl Goal {
             setup,
             palette,
             most_materials,
+            rules,
         })
     }
 

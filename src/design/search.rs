@@ -19,7 +19,7 @@
 
 use super::clusters::representatives;
 use super::misfit::{Misfit, Target};
-use super::space::distinct;
+use super::space::{Space, distinct};
 use crate::fem::rig::{Layout, Response};
 use std::collections::HashMap;
 
@@ -90,6 +90,8 @@ pub struct Outcome {
     pub best: Vec<Ranked>,
     /// The best layout of one material alone.
     pub best_uniform: Option<Ranked>,
+    /// Every layout that may be built and was simulated, with its error, best first.
+    pub simulated: Vec<Ranked>,
     /// Why it ended.
     pub stop: Stop,
     /// Layouts simulated.
@@ -134,6 +136,24 @@ pub fn search(
     options: &Options,
     bench: &mut dyn Bench,
 ) -> Result<Outcome, BadSearch> {
+    let space = Space {
+        most_materials: options.most_materials,
+        ..Space::free(cells, materials)
+    };
+    search_in(&space, target, options, bench)
+}
+
+/// Searches the layouts of `space`.
+///
+/// # Errors
+/// [`BadSearch`] for options that cannot be.
+pub fn search_in(
+    space: &Space,
+    target: &Target,
+    options: &Options,
+    bench: &mut dyn Bench,
+) -> Result<Outcome, BadSearch> {
+    let (cells, materials) = (space.cells, space.materials);
     for (field, value) in [
         ("clusters", options.clusters),
         ("most_materials", options.most_materials),
@@ -144,6 +164,7 @@ pub fn search(
         }
     }
     let mut tree = Tree {
+        space,
         cells,
         materials,
         target,
@@ -169,6 +190,7 @@ pub fn search(
 }
 
 struct Tree<'a> {
+    space: &'a Space,
     cells: usize,
     materials: usize,
     target: &'a Target,
@@ -187,7 +209,7 @@ impl Tree<'_> {
             let children: Vec<Layout> = nodes
                 .iter()
                 .flat_map(|node| (0..self.materials).map(move |m| [node.as_slice(), &[m as u8]].concat()))
-                .filter(|child| distinct(child) <= self.options.most_materials)
+                .filter(|child| self.space.may_hold(child))
                 .collect();
             let completions: Vec<Layout> = children.iter().flat_map(|c| self.completions(c)).collect();
             self.simulate(&completions, "searching", [level + 1, self.cells])?;
@@ -208,7 +230,7 @@ impl Tree<'_> {
             let numbers = b * batch..((b + 1) * batch).min(layouts);
             let list: Vec<Layout> = numbers
                 .map(|n| self.decoded(n))
-                .filter(|l| distinct(l) <= self.options.most_materials)
+                .filter(|l| self.space.allows(l))
                 .collect();
             self.simulate(&list, "enumerating", [b + 1, batches])?;
         }
@@ -272,9 +294,9 @@ impl Tree<'_> {
         if interrupted { Err(Interrupted) } else { Ok(()) }
     }
 
-    /// The error of a layout that may be built; a failed one if it has no equilibrium or mixes too many materials.
+    /// The error of a layout that may be built; a failed one if it has no equilibrium or breaks a rule.
     fn misfit(&self, layout: &[u8], response: &Response) -> Misfit {
-        if !response.complete || distinct(layout) > self.options.most_materials {
+        if !response.complete || !self.space.allows(layout) {
             return Misfit::FAILED;
         }
         self.target.misfit(&response.displacements)
@@ -343,7 +365,7 @@ impl Tree<'_> {
             for m in 0..self.materials as u8 {
                 let mut other = layout.to_vec();
                 other[cell] = m;
-                if m != layout[cell] && distinct(&other) <= self.options.most_materials {
+                if m != layout[cell] && self.space.allows(&other) {
                     result.push(other);
                 }
             }
@@ -375,7 +397,8 @@ impl Tree<'_> {
             failed: self.memory.values().filter(|r| !r.complete).count(),
             culled: self.culled,
             merged: self.merged,
-            best: ranked.into_iter().take(self.options.listed).collect(),
+            best: ranked.iter().take(self.options.listed).cloned().collect(),
+            simulated: ranked,
         }
     }
 }
