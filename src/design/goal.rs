@@ -2,6 +2,8 @@
 //! checked, so that what follows need not ask again.
 
 use super::goal_text::{GoalText, PaletteText};
+use super::rules::Rules;
+use super::rules_text::read_rules;
 use crate::fem::example_text::read_examples;
 use crate::fem::regions::read_cells;
 use crate::fem::setup::{self, Setup};
@@ -32,6 +34,8 @@ pub struct Goal {
     pub most_materials: usize,
     /// The thinnest layer that may be made \[mm\], if the goal says so.
     pub least_layer_mm: Option<f64>,
+    /// What may touch what, lie on the surface, and what the whole may weigh and cost.
+    pub rules: Rules,
 }
 
 /// A material of the palette with its law.
@@ -86,6 +90,7 @@ impl Goal {
         let object = goal.object.read(&document)?;
         let palette = palette(&document, &goal.palette, database)?;
         let most_materials = most_materials(&document, &goal.palette, palette.len())?;
+        let rules = read_rules(&document, &goal.palette, &palette)?;
         let cells = read_cells(
             &document,
             &goal.region,
@@ -110,6 +115,7 @@ impl Goal {
             palette,
             most_materials,
             least_layer_mm,
+            rules,
         })
     }
 
