@@ -2,6 +2,7 @@
 
 use super::replicate_rules as rules;
 use super::replicate_shape::{Shape, Shaping};
+use super::replicate_voxels;
 use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
 use super::{Answer, stop};
@@ -138,6 +139,10 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    if goal.voxels.is_some() {
+        let plain = arguments.method == Way::Anytime && arguments.robust.is_none() && !arguments.thickness;
+        replicate_voxels::check(&goal, plain)?;
+    }
     let shaping = Shaping::asked(arguments.robust, arguments.thickness, arguments.seed, &goal)?;
     introduce(&goal, arguments.json || !team.leads());
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
@@ -166,15 +171,30 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         }),
         quiet: arguments.json,
     };
+    if !team.leads() && goal.voxels.is_some() {
+        // One layout of voxels is simulated on all threads of one process.
+        return Ok(Answer::Done);
+    }
     if !team.leads() {
-        team.serve(&rig, &setting);
+        // Voxels are searched by one process, whose threads share the examples.
+        if goal.voxels.is_none() {
+            team.serve(&rig, &setting);
+        }
         return Ok(Answer::Done);
     }
     let reach = rules::judge(&goal, &rig, &space, arguments.json);
-    let searching = team.search(&rig, &aim, &options, &setting)?;
+    let searching = match &goal.voxels {
+        Some(rules) => {
+            replicate_voxels::search(&goal, &rig, &aim, rules, &options, arguments.tolerance, &setting)?
+        }
+        None => team.search(&rig, &aim, &options, &setting)?,
+    };
     let mut outcome = searching.outcome.clone();
     // Of the layers as drawn and the materials as fitted, which the steps below leave.
-    let bound = bound_words(&outcome);
+    let bound = match goal.voxels {
+        Some(_) => "no bound is known for layouts of voxels".to_string(),
+        None => bound_words(&outcome),
+    };
     let fronts = if arguments.pareto {
         let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &|_, _| {});
         rules::fronts(&goal, &aim, &outcome, &mut fine)
@@ -203,7 +223,14 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         notes: &shape.notes(),
     };
     let facts = [
-        search_facts(&outcome, &options, arguments, &searching, &bound),
+        search_facts(
+            &outcome,
+            &options,
+            arguments,
+            &searching,
+            &bound,
+            goal.voxels.is_some(),
+        ),
         shape.facts(&goal),
     ];
     let mut page = replica
@@ -352,8 +379,10 @@ fn search_facts(
     arguments: &Arguments,
     searching: &Searched,
     bound: &str,
+    are_voxels: bool,
 ) -> Vec<Fact> {
     let method = match options.method {
+        _ if are_voxels => "relaxed to mixtures, rounded, materials exchanged".to_string(),
         Method::Exhaustive => "every layout simulated".to_string(),
         Method::Paper => format!(
             "thesis' decision tree, K = {} clusters a level, {} best layouts polished; its culling is not conservative",
@@ -426,7 +455,8 @@ fn tell(
             "max_mm": best.misfit.max_mm,
             "largest_target_mm": replica.target.largest_mm(),
             "best_single_material_rms_mm": outcome.best_uniform.as_ref().map(|u| u.misfit.rms_mm),
-            "cells": best.layout.iter().enumerate().map(|(c, &m)| json!({
+            // Thousands of voxels stand in the layout's file.
+            "cells": best.layout.iter().enumerate().filter(|_| replica.goal.voxels.is_none()).map(|(c, &m)| json!({
                 "cell": replica.goal.setup.cells.name(c),
                 "material": replica.goal.palette[m as usize].record.id,
             })).collect::<Vec<_>>(),

@@ -6,7 +6,7 @@
 //! goal's rules to them), [`pareto`] (error against mass and cost), [`reach`] (is the goal
 //! within the palette's reach?), [`search`] (three ways through them), [`workbench`] (layouts
 //! simulated in parallel), [`journal`] (all of them kept on disk), `processes` (many of them
-//! together, with the feature `mpi`), [`thickness`] (layer borders that move), [`robust`] (what is not known
+//! together, with the feature `mpi`), [`voxels`] (layouts of thousands of cells), [`thickness`] (layer borders that move), [`robust`] (what is not known
 //! of the materials), [`found`] (what a search leaves on disk).
 
 pub mod found;
@@ -24,4 +24,5 @@ pub mod rules_text;
 pub mod search;
 pub mod space;
 pub mod thickness;
+pub mod voxels;
 pub mod workbench;
