@@ -109,6 +109,7 @@ impl Way {
         }
     }
 }
+
 /// Layouts that are listed.
 const LISTED: usize = 10;
 
