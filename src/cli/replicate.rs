@@ -116,6 +116,7 @@ impl Way {
         }
     }
 }
+
 /// Layouts that are listed.
 const LISTED: usize = 10;
 
