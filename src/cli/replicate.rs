@@ -21,7 +21,7 @@ use crate::material::database::Database;
 use crate::report::page::{Fact, ReplicatePage};
 use crate::report::replicate::Replica;
 use crate::report::table::layout_table;
-use crate::report::ticks::duration;
+use crate::report::ticks::{duration, significant};
 use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, miette};
 use serde_json::json;
@@ -283,9 +283,9 @@ fn bound_words(outcome: &Outcome) -> String {
         Basis::Enumerated => format!("best possible: {}", bound.basis),
         Basis::Nothing => "no bound: a material alone has no equilibrium under the loads".into(),
         _ => format!(
-            "no layout can be better than {:.4} mm, a gap of {:.4} mm; this {}",
-            bound.score_mm,
-            outcome.gap_mm(),
+            "no layout can be better than {} mm, a gap of {} mm; this {}",
+            significant(bound.score_mm, 3),
+            significant(outcome.gap_mm(), 3),
             match bound.basis {
                 Basis::Broken { .. } | Basis::Learned { .. } => format!("is {}", bound.basis),
                 _ => bound.basis.to_string(),
