@@ -1,15 +1,18 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
-use super::Answer;
+use super::replicate_rules as rules;
 use super::replicate_shape::{Shape, Shaping};
 use super::replicate_voxels;
 use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
+use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
+use crate::design::reach::Reach;
 use crate::design::search::{self, Aim, Basis, Method, Outcome};
 use crate::design::space::Space;
+use crate::design::workbench::Workbench;
 use crate::fabrication::export::ExportMeta;
 use crate::fabrication::layout::{self, export_options, tile_layout};
 use crate::fem::equilibrium;
@@ -18,7 +21,7 @@ use crate::material::database::Database;
 use crate::report::page::{Fact, ReplicatePage};
 use crate::report::replicate::Replica;
 use crate::report::table::layout_table;
-use crate::report::ticks::duration;
+use crate::report::ticks::{duration, significant};
 use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, miette};
 use serde_json::json;
@@ -85,6 +88,9 @@ pub struct Arguments {
     /// Rank layouts by the error that is not exceeded with this probability, given how well their materials are known
     #[arg(long, value_name = "Q", num_args = 0..=1, require_equals = true, default_missing_value = "0.9")]
     robust: Option<f64>,
+    /// Show which layouts no other beats in both error and mass, and error and cost where the goal names prices
+    #[arg(long)]
+    pareto: bool,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -110,6 +116,7 @@ impl Way {
         }
     }
 }
+
 /// Layouts that are listed.
 const LISTED: usize = 10;
 
@@ -130,12 +137,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let began = Instant::now();
     let solver = equilibrium::Options::for_search(arguments.tolerance);
     solver.check().into_diagnostic()?;
-    if let Some(threads) = arguments.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .into_diagnostic()?;
-    }
+    use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
     if goal.voxels.is_some() {
@@ -147,14 +149,11 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
     let mut rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
     let target = Target::new(&goal.setup.examples);
-    let space = Space {
-        most_materials: goal.most_materials,
-        ..Space::free(goal.setup.cells.count(), goal.palette.len())
-    };
+    let space = goal.space(&rig).into_diagnostic()?;
     let aim = Aim {
         space: &space,
         target: &target,
-        cost_weight_mm: 0.0,
+        cost_weight_mm: goal.rules.cost_weight_mm,
     };
     let options = search::Options {
         listed: shaping.candidates().max(LISTED),
@@ -178,9 +177,13 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         return Ok(Answer::Done);
     }
     if !team.leads() {
-        team.serve(&rig, &setting);
+        // Voxels are searched by one process, whose threads share the examples.
+        if goal.voxels.is_none() {
+            team.serve(&rig, &setting);
+        }
         return Ok(Answer::Done);
     }
+    let reach = rules::judge(&goal, &rig, &space, arguments.json);
     let searching = match &goal.voxels {
         Some(rules) => {
             replicate_voxels::search(&goal, &rig, &aim, rules, &options, arguments.tolerance, &setting)?
@@ -193,6 +196,12 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         Some(_) => "no bound is known for layouts of voxels".to_string(),
         None => bound_words(&outcome),
     };
+    let fronts = if arguments.pareto {
+        let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &|_, _| {});
+        rules::fronts(&goal, &aim, &outcome, &mut fine)
+    } else {
+        Vec::new()
+    };
     let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, LISTED)?;
     let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
         return Err(miette!(
@@ -202,6 +211,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         ));
     };
     shape.note(&mut record);
+    record.pareto = rules::found_choices(&goal, &fronts);
     record.write(&found.join("layout.toml")).into_diagnostic()?;
     let fabricated = fabricate(arguments, &goal, &outcome, &record)?;
     let replica = Replica {
@@ -228,6 +238,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         .page(facts.concat(), provenance(&goal))
         .into_diagnostic()?;
     page.warnings.extend(shape.warnings(&goal));
+    page.sections = rules::sections(&goal, &reach, &fronts);
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
     if let Some(folder) = &arguments.pictures {
@@ -240,6 +251,9 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         searched: searching.time,
         from_journal: searching.from_journal,
         bound: &bound,
+        space: &space,
+        reach: &reach,
+        fronts: &fronts,
     };
     tell(arguments, &replica, &outcome, &page.warnings, &shape, &files);
     Ok(Answer::Done)
@@ -269,15 +283,23 @@ fn bound_words(outcome: &Outcome) -> String {
         Basis::Enumerated => format!("best possible: {}", bound.basis),
         Basis::Nothing => "no bound: a material alone has no equilibrium under the loads".into(),
         _ => format!(
-            "no layout can be better than {:.4} mm, a gap of {:.4} mm; this {}",
-            bound.score_mm,
-            outcome.gap_mm(),
+            "no layout can be better than {} mm, a gap of {} mm; this {}",
+            significant(bound.score_mm, 3),
+            significant(outcome.gap_mm(), 3),
             match bound.basis {
                 Basis::Broken { .. } | Basis::Learned { .. } => format!("is {}", bound.basis),
                 _ => bound.basis.to_string(),
             }
         ),
     }
+}
+
+fn use_threads(threads: Option<usize>) -> miette::Result<()> {
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .into_diagnostic()
 }
 
 fn introduce(goal: &Goal, quiet: bool) {
@@ -397,7 +419,8 @@ fn provenance(goal: &Goal) -> Vec<Fact> {
 
 /// Writes every figure of the page to `folder/NAME-FIGURE.svg`.
 fn write_pictures(page: &ReplicatePage, folder: &Path, name: &str) -> miette::Result<()> {
-    for figure in page.pictures.iter().chain(&page.plots) {
+    let more = page.sections.iter().flat_map(|section| &section.figures);
+    for figure in page.pictures.iter().chain(&page.plots).chain(more) {
         let file = folder.join(format!("{name}-{}.svg", super::export::plain(&figure.name)));
         replace_file(&file, figure.drawing.as_str().as_bytes())
             .map_err(|e| miette!("{}: cannot be written: {e}", file.display()))?;
@@ -412,6 +435,9 @@ struct Files<'a> {
     searched: Duration,
     from_journal: usize,
     bound: &'a str,
+    space: &'a Space,
+    reach: &'a Reach,
+    fronts: &'a [rules::Front],
 }
 
 fn tell(
@@ -448,6 +474,11 @@ fn tell(
             "layout": layout,
             "report": files.found.join("report.html"),
             "export": files.export,
+            "mass_g": files.space.mass_g(&best.layout),
+            "cost": replica.goal.rules.currency.as_ref().map(|_| files.space.cost(&best.layout)),
+            "currency": replica.goal.rules.currency,
+            "out_of_reach": rules::reach_json(files.reach, replica.goal),
+            "pareto": rules::found_choices(replica.goal, files.fronts),
             "warnings": warnings,
         });
         shape.put(&mut answer);
@@ -471,6 +502,7 @@ fn tell(
     for fact in shape.facts(replica.goal) {
         say(&format!("{}: {}", fact.name, fact.value));
     }
+    rules::tell_fronts(replica.goal, files.fronts);
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }

@@ -5,7 +5,7 @@ use super::searching::{Searched, Setting};
 use super::stop;
 use crate::design::goal::Goal;
 use crate::design::search::{self, Aim, Progress};
-use crate::design::voxels::rules::Rules;
+use crate::design::voxels::rules::VoxelRules;
 use crate::design::voxels::{self, Options};
 use crate::design::workbench::Workbench;
 use crate::fem::equilibrium;
@@ -38,7 +38,7 @@ pub fn search(
     goal: &Goal,
     rig: &Rig,
     aim: &Aim,
-    rules: &Rules,
+    rules: &VoxelRules,
     options: &search::Options,
     tolerance: f64,
     setting: &Setting,

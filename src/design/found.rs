@@ -2,6 +2,7 @@
 
 use super::goal::Goal;
 use super::misfit::{Misfit, Target};
+use super::pareto::Against;
 use super::search::{Bound, Options, Outcome, Stop};
 use crate::fem::planes::Planes;
 use crate::fem::rig::Layout;
@@ -45,6 +46,9 @@ pub struct Found {
     /// The next best layouts.
     #[serde(default)]
     pub runner_up: Vec<FoundLayout>,
+    /// Error against mass or cost: the layouts that none beats in both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pareto: Vec<FoundChoice>,
 }
 
 /// `[error]`.
@@ -204,6 +208,25 @@ pub struct FoundBorders {
     pub borders: Vec<f64>,
 }
 
+/// `[[pareto]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundChoice {
+    /// What stands against the error.
+    pub against: Against,
+    /// Root mean square displacement error \[mm\].
+    pub rms_mm: f64,
+    /// Largest displacement error \[mm\].
+    pub max_mm: f64,
+    /// Mass of the object \[g\].
+    pub mass_g: f64,
+    /// Its cost, where the goal names prices.
+    pub cost: Option<f64>,
+    /// The currency.
+    pub currency: Option<String>,
+    /// Id of each cell's material.
+    pub materials: Vec<String>,
+}
+
 /// Why a layout file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FoundFileError {
@@ -318,6 +341,7 @@ impl Found {
             voxels,
             thickness: None,
             runner_up,
+            pareto: Vec::new(),
         })
     }
 

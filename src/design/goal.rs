@@ -2,7 +2,9 @@
 //! checked, so that what follows need not ask again.
 
 use super::goal_text::{GoalText, PaletteText};
-use super::voxels::rules::{Rules, VoxelsText, read_rules};
+use super::rules::Rules;
+use super::rules_text::read_rules;
+use super::voxels::rules::{VoxelRules, VoxelsText, read_voxel_rules};
 use crate::fem::example_text::read_examples;
 use crate::fem::regions::read_cells;
 use crate::fem::setup::{self, Object, Setup};
@@ -33,9 +35,11 @@ pub struct Goal {
     /// At most how many of them in one layout.
     pub most_materials: usize,
     /// What ties cells together, where a region is cut into voxels.
-    pub voxels: Option<Rules>,
+    pub voxels: Option<VoxelRules>,
     /// The thinnest layer that may be made \[mm\], if the goal says so.
     pub least_layer_mm: Option<f64>,
+    /// What may touch what, lie on the surface, and what the whole may weigh and cost.
+    pub rules: Rules,
 }
 
 /// A material of the palette with its law.
@@ -90,6 +94,7 @@ impl Goal {
         let object = goal.object.read(&document)?;
         let palette = palette(&document, &goal.palette, database)?;
         let most_materials = most_materials(&document, &goal.palette, palette.len())?;
+        let rules = read_rules(&document, &goal.palette, &palette)?;
         let cells = read_cells(
             &document,
             &goal.region,
@@ -116,6 +121,7 @@ impl Goal {
             most_materials,
             voxels,
             least_layer_mm,
+            rules,
         })
     }
 
@@ -137,15 +143,15 @@ fn voxel_rules(
     cells: &Cells,
     object: &Object,
     palette: &[BaseMaterial],
-) -> Result<Option<Rules>, Mistake> {
+) -> Result<Option<VoxelRules>, Mistake> {
     let ids: Vec<&str> = palette.iter().map(|m| m.record.id.as_str()).collect();
     match text {
         Some(text) if !cells.has_voxels() => {
             let message = "found [voxels] where no [[region]] has voxels or columns, expected one that does";
             Err(document.mistake(&text.span(), message))
         }
-        Some(text) => read_rules(document, text.get_ref(), cells, &object.solid, &ids).map(Some),
-        None => Ok(cells.has_voxels().then(|| Rules::free(cells.count()))),
+        Some(text) => read_voxel_rules(document, text.get_ref(), cells, &object.solid, &ids).map(Some),
+        None => Ok(cells.has_voxels().then(|| VoxelRules::free(cells.count()))),
     }
 }
 

@@ -1,5 +1,6 @@
 //! `goal.toml` as people write it. `docs/formats.md` explains every key; [`super::goal`] checks the values.
 
+use super::rules_text::{Ids, PriceText, SurfaceText};
 use super::voxels::rules::VoxelsText;
 use crate::fem::example_text::ExampleText;
 use crate::fem::regions::RegionText;
@@ -49,4 +50,16 @@ pub struct PaletteText {
     pub most_materials: Option<Spanned<usize>>,
     /// The thinnest layer that may be made, with unit.
     pub least_layer: Option<Spanned<String>>,
+    /// Pairs of materials that must not touch.
+    pub apart: Option<Spanned<Vec<Ids>>>,
+    /// What may lie on the surface.
+    pub surface: Option<Vec<SurfaceText>>,
+    /// Most mass of the object, with unit.
+    pub most_mass: Option<Spanned<String>>,
+    /// What each material costs, with currency and unit.
+    pub price: Option<PriceText>,
+    /// Most cost of the object, with currency.
+    pub most_cost: Option<Spanned<String>>,
+    /// The error that a unit of cost is worth, such as "0.05 mm/EUR".
+    pub cost_weight: Option<Spanned<String>>,
 }

@@ -65,9 +65,16 @@ impl Space {
                 .iter()
                 .zip(&self.allowed)
                 .all(|(m, allowed)| allowed.contains(m))
+            && self.may_fill_with_few(decided)
             && (self.apart.is_empty() || (0..decided.len()).all(|cell| self.stands_apart(decided, cell)))
             && self.least(decided, &self.densities_g_per_cm3) <= self.most_mass_g * (1.0 + 1e-12)
             && self.least(decided, &self.prices_per_cm3) <= self.most_cost * (1.0 + 1e-12)
+    }
+
+    /// Where no further material may come in, can the open cells take one of those that are there?
+    fn may_fill_with_few(&self, decided: &[u8]) -> bool {
+        distinct(decided) < self.most_materials
+            || (decided.len()..self.cells).all(|c| self.allowed[c].iter().any(|m| decided.contains(m)))
     }
 
     /// Does the material of `cell` stand beside none that it must not touch, among the decided cells?
@@ -95,6 +102,47 @@ impl Space {
             })
             .sum();
         known + open
+    }
+
+    /// Least mass of a layout, whatever the other rules say \[g\].
+    pub fn least_mass_g(&self) -> f64 {
+        self.least(&[], &self.densities_g_per_cm3)
+    }
+
+    /// Least cost of a layout, whatever the other rules say.
+    pub fn least_cost(&self) -> f64 {
+        self.least(&[], &self.prices_per_cm3)
+    }
+
+    /// Is there a layout that keeps all rules? Looks at `most_steps` prefixes at most; `None` if that is too few to know.
+    pub fn is_possible(&self, most_steps: usize) -> Option<bool> {
+        let mut decided: Vec<u8> = Vec::with_capacity(self.cells);
+        // For each decided cell, which of its allowed materials comes next.
+        let mut next = vec![0usize];
+        for _ in 0..most_steps {
+            if decided.len() == self.cells {
+                return Some(true);
+            }
+            let cell = decided.len();
+            match self.allowed[cell].get(next[cell]) {
+                Some(&m) => {
+                    next[cell] += 1;
+                    decided.push(m);
+                    if self.may_hold(&decided) {
+                        next.push(0);
+                    } else {
+                        decided.pop();
+                    }
+                }
+                None => {
+                    next.pop();
+                    if decided.pop().is_none() {
+                        return Some(false);
+                    }
+                }
+            }
+        }
+        None
     }
 
     /// Mass of a layout \[g\].
@@ -125,6 +173,84 @@ pub fn distinct(layout: &[u8]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    fn every_layout(cells: usize, materials: usize) -> Vec<Vec<u8>> {
+        let mut all = vec![Vec::new()];
+        for _ in 0..cells {
+            all = all
+                .into_iter()
+                .flat_map(|l: Vec<u8>| (0..materials as u8).map(move |m| [l.as_slice(), &[m]].concat()))
+                .collect();
+        }
+        all
+    }
+
+    /// The rules, written out from their definitions.
+    fn keeps(space: &Space, layout: &[u8]) -> bool {
+        let sum = |of: &[f64]| -> f64 {
+            (0..space.cells)
+                .map(|c| space.volumes_cm3[c] * of[layout[c] as usize])
+                .sum()
+        };
+        let mut kinds = layout.to_vec();
+        kinds.sort_unstable();
+        kinds.dedup();
+        let touches = (0..space.cells).flat_map(|a| space.touching[a].iter().map(move |&b| (a, b as usize)));
+        kinds.len() <= space.most_materials
+            && (0..space.cells).all(|c| space.allowed[c].contains(&layout[c]))
+            && sum(&space.densities_g_per_cm3) <= space.most_mass_g
+            && sum(&space.prices_per_cm3) <= space.most_cost
+            && touches.into_iter().all(|(a, b)| {
+                let pair = [layout[a], layout[b]];
+                !space.apart.contains(&pair) && !space.apart.contains(&[pair[1], pair[0]])
+            })
+    }
+
+    prop_compose! {
+        fn spaces()(
+            volumes_cm3 in prop::collection::vec(0.1..1.0, 4),
+            densities_g_per_cm3 in prop::collection::vec(0.5..2.0, 3),
+            prices_per_cm3 in prop::collection::vec(0.0..2.0, 3),
+            most_mass_g in 0.5..5.0, most_cost in 0.2..5.0, most_materials in 1usize..4,
+            forbidden in prop::collection::vec(0u8..8, 4),
+            apart in prop::collection::vec((0u8..3, 0u8..3), 0..3),
+            ring in any::<bool>(),
+        ) -> Space {
+            // Bit m of a cell's number forbids material m there.
+            let allowed = forbidden.iter().map(|bits| (0..3).filter(|m| bits & (1 << m) == 0).collect()).collect();
+            let mut touching = vec![vec![1], vec![0, 2], vec![1, 3], vec![2]];
+            if ring {
+                touching[0].push(3);
+                touching[3].insert(0, 0);
+            }
+            let apart = apart.into_iter().filter(|(a, b)| a != b).map(|(a, b)| [a, b]).collect();
+            Space {
+                cells: 4, materials: 3, most_materials, allowed, touching, apart, volumes_cm3,
+                densities_g_per_cm3, prices_per_cm3, most_mass_g, most_cost,
+            }
+        }
+    }
+
+    proptest! {
+        /// Against all 81 layouts: a layout is allowed if it keeps the rules, a prefix is dropped only if no layout that begins
+        /// with it does, and whether there is any is known.
+        #[test]
+        fn rules_agree_with_brute_force(space in spaces()) {
+            let kept: Vec<Vec<u8>> =
+                every_layout(4, 3).into_iter().filter(|l| keeps(&space, l)).collect();
+            for layout in every_layout(4, 3) {
+                prop_assert_eq!(space.allows(&layout), kept.contains(&layout));
+            }
+            for length in 0..4 {
+                for prefix in every_layout(length, 3) {
+                    let is_open = kept.iter().any(|l| l.starts_with(&prefix));
+                    prop_assert!(space.may_hold(&prefix) || !is_open, "{:?}", prefix);
+                }
+            }
+            prop_assert_eq!(space.is_possible(10_000), Some(!kept.is_empty()));
+        }
+    }
 
     #[test]
     fn each_rule_forbids_what_it_says() {

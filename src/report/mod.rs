@@ -6,7 +6,8 @@
 //! that plots and pictures end in), [`plot`] and [`bars`] (curves and errors), [`raster`] (triangles to pixels without
 //! a graphics card), [`shading`] (their normals, light and outlines), [`picture`] (an object cut open, a quantity on a
 //! surface), [`legend`] (what its colours mean), [`layouts`] (the rows that page and terminal share), [`page`] and
-//! `style` (the HTML page), [`table`] and [`terminal_plot`] (the terminal), [`replicate`] (the page of a search),
+//! `style` (the HTML page), [`table`] and [`terminal_plot`] (the terminal), [`replicate`] (the page of a search), [`reach`] and [`pareto`] (its sections on what is out of reach and
+//! on error against mass and cost),
 //! [`fit_probe`] (the page of a fit to presses); of coupon fits [`coupon_plots`], [`coupon_table`] and [`coupon_page`]; of the
 //! materials [`database`], [`database_curve`] and [`database_page`].
 
@@ -22,9 +23,11 @@ pub mod fit_probe;
 pub mod layouts;
 pub mod legend;
 pub mod page;
+pub mod pareto;
 pub mod picture;
 pub mod plot;
 pub mod raster;
+pub mod reach;
 pub mod replicate;
 pub mod shading;
 pub mod svg;

@@ -73,6 +73,43 @@ pub struct MaterialRow {
     pub source: String,
 }
 
+/// A section of its own: what it is about, figures and a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PageSection {
+    /// Its heading.
+    pub heading: String,
+    /// What it says; may be empty.
+    pub note: String,
+    /// Its figures.
+    pub figures: Vec<Figure>,
+    /// The table's columns.
+    pub header: Vec<String>,
+    /// The table's rows, each as long as the header.
+    pub rows: Vec<Vec<String>>,
+    /// The columns that hold words; the others hold numbers.
+    pub words: Vec<usize>,
+}
+
+impl PageSection {
+    fn body(&self) -> Markup {
+        let number = |column: usize| !self.words.contains(&column);
+        html! {
+            @if !self.note.is_empty() { p { (self.note) } }
+            (figures(&self.figures))
+            div.scroll {
+                table {
+                    thead { tr { @for (k, name) in self.header.iter().enumerate() { th.number[number(k)] { (name) } } } }
+                    tbody {
+                        @for row in &self.rows {
+                            tr { @for (k, cell) in row.iter().enumerate() { td.number[number(k)] { (cell) } } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Everything that the page of a replicated object says, in its order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReplicatePage {
@@ -92,6 +129,8 @@ pub struct ReplicatePage {
     pub pictures: Vec<Figure>,
     /// Curves of the examples.
     pub plots: Vec<Figure>,
+    /// Sections that some goals and options bring, such as what is out of reach.
+    pub sections: Vec<PageSection>,
     /// How it was found: method, seed, K, simulations, culled, time.
     pub search: Vec<Fact>,
     /// The palette.
@@ -119,6 +158,7 @@ impl ReplicatePage {
                         (section("Layouts", !self.layouts.is_empty(), self.layout_table()))
                         (section("The object", !self.pictures.is_empty(), figures(&self.pictures)))
                         (section("Force and displacement", !self.plots.is_empty(), figures(&self.plots)))
+                        @for part in &self.sections { (section(&part.heading, true, part.body())) }
                         (section("Base materials", !self.materials.is_empty(), self.material_table()))
                         (section("The search", !self.search.is_empty(), facts(&self.search)))
                         (section("Provenance", !self.provenance.is_empty(), facts(&self.provenance)))

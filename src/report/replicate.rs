@@ -137,6 +137,7 @@ impl Replica<'_> {
             layouts: self.rows(),
             pictures: vec![self.cut_open(best)?, self.error_map(&presses)?],
             plots: self.plots(&mut bench, &presses),
+            sections: Vec::new(),
             search: facts,
             materials: self.materials(best),
             provenance,

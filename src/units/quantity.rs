@@ -179,7 +179,7 @@ fn scaled(
 
 /// The number and the unit behind it. The number is the longest prefix that reads as one, so `1e3 mm` and `12N` both
 /// work, and `1 em` does not lose its `e`.
-fn split<'a>(
+pub(super) fn split<'a>(
     quantity: &'static str,
     text: &'a str,
     example: &'static str,
@@ -209,7 +209,12 @@ fn split<'a>(
     })
 }
 
-fn finite(quantity: &'static str, text: &str, example: &'static str, value: f64) -> Result<f64, UnitError> {
+pub(super) fn finite(
+    quantity: &'static str,
+    text: &str,
+    example: &'static str,
+    value: f64,
+) -> Result<f64, UnitError> {
     if value.is_finite() {
         Ok(value)
     } else {

@@ -4,7 +4,7 @@
 use crate::support::{GOAL, design, pliant};
 
 /// What is replaced, by what, the line that must be named, and words that must be said.
-const MISTAKES: [(&str, &str, usize, &[&str]); 32] = [
+const MISTAKES: [(&str, &str, usize, &[&str]); 36] = [
     ("schema = 1", "schema = 7", 1, &["7", "expected 1"]),
     ("name = \"Small block\"", "nmae = \"Small block\"", 2, &["nmae"]),
     (
@@ -137,6 +137,30 @@ const MISTAKES: [(&str, &str, usize, &[&str]); 32] = [
         24,
         &["MPa", "N/mm"],
     ),
+    (
+        "[palette]",
+        "[palette]\napart = [[\"mold-star-16\", \"gold\"]]",
+        17,
+        &["gold", "not in the palette", "dragon-skin-30"],
+    ),
+    (
+        "[palette]",
+        "[palette]\nmost_mass = \"20 g\"",
+        17,
+        &["lightest layout weighs", "20.0 g"],
+    ),
+    (
+        "[[example]]",
+        "[[palette.surface]]\nface = \"inside\"\nonly = [\"mold-star-16\"]\n\n[[example]]",
+        20,
+        &["inside", "outside"],
+    ),
+    (
+        "[[example]]",
+        "[palette.price]\nmold-star-16 = \"30\"\n\n[[example]]",
+        20,
+        &["28 EUR/kg"],
+    ),
 ];
 
 #[test]
@@ -264,4 +288,224 @@ fn a_stiffness_asks_for_what_its_displacement_does_and_tolerance_counts() {
     assert!((error(&tolerant) - 0.75 * error(&lists)).abs() < 1e-6);
     let generous = GOAL.replace(curve, &format!("{curve}\ntolerance = \"90 %\""));
     assert_eq!(found(&generous, &[])["rms_mm"], 0.0);
+}
+
+/// The softest material of the palette gives its own displacements; 40 % more is out of reach, as are displacements of nearly
+/// nothing; just below the softest is in reach. Each search goes on to a layout.
+#[test]
+fn a_goal_out_of_reach_is_said_and_searched_all_the_same() {
+    let asked = |displacements: [f64; 2]| {
+        let text = format!("displacements_mm = [{}, {}]", displacements[0], displacements[1]);
+        GOAL.replace("displacements_mm = [0.9, 1.7]", &text)
+    };
+    let soft = found(&asked([9.0, 14.0]), &[]);
+    let out = &soft["out_of_reach"][0];
+    assert_eq!(
+        (&out["missing"], &out["material"]),
+        (&"softer".into(), &"ecoflex-00-50".into())
+    );
+    let softest = [0, 1].map(|level| out["nearest"][level]["nearest_mm"].as_f64().unwrap());
+    assert!(softest[0] > 0.0 && softest[1] > softest[0] && softest[1] < 14.0);
+    assert!(soft["rms_mm"].as_f64().unwrap() > 0.1);
+
+    let stiff = found(&asked([0.01, 0.02]), &[]);
+    let out = &stiff["out_of_reach"][0];
+    assert_eq!(out["missing"], "stiffer");
+    assert!(out["stiffness_times"].as_f64().unwrap() > 5.0, "{out}");
+
+    let within = found(&asked(softest.map(|u| 0.95 * u)), &[]);
+    assert_eq!(within["out_of_reach"], serde_json::json!([]));
+
+    // By the law of similarity a material of s times the stiffness gives at F what this one gives at F/s: ask for what the
+    // softest gives at 8 N already at 4 N.
+    let folder = design(&GOAL.replace(
+        "forces_n = [4, 8]\ndisplacements_mm = [0.9, 1.7]",
+        &format!("forces_n = [4]\ndisplacements_mm = [{}]", softest[1]),
+    ));
+    let output = pliant(folder.path(), &["replicate", ".", "--no-export"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("press at 4") && said.contains("a material of 0.50 times its stiffness is missing"),
+        "{said}"
+    );
+    let page = std::fs::read_to_string(folder.path().join("found/report.html")).unwrap();
+    assert!(page.contains("Out of reach") && page.contains("nearest in reach") && !page.contains("NaN"));
+}
+
+const PRICES: &str = "[palette.price]\necoflex-00-50 = \"0.02 EUR/cm3\"\nmold-star-16 = \"30 EUR/kg\"\ndragon-skin-30 = \"0.05 EUR/cm3\"\n\n[[example]]";
+
+/// All nine layouts of the small block with their errors, mass and cost, from an enumeration without rules. Each layer has
+/// 25 cm³.
+fn every_layout() -> Vec<(Vec<String>, f64, f64, f64)> {
+    let folder = design(GOAL);
+    let output = pliant(folder.path(), &["replicate", ".", "--no-export", "--exhaustive"])
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    let text = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
+    let file: toml::Table = text.parse().unwrap();
+    let words = |list: &toml::Value| -> Vec<String> {
+        list.as_array()
+            .unwrap()
+            .iter()
+            .map(|v| v.as_str().unwrap().to_string())
+            .collect()
+    };
+    let best = file["cell"].as_array().unwrap().iter();
+    let best: Vec<String> = best
+        .map(|c| c["material"].as_str().unwrap().to_string())
+        .collect();
+    let mut all = vec![(best, file["error"]["rms_mm"].as_float().unwrap())];
+    for other in file["runner_up"].as_array().unwrap() {
+        all.push((words(&other["materials"]), other["rms_mm"].as_float().unwrap()));
+    }
+    assert_eq!(all.len(), 9);
+    let record = |id: &str| -> toml::Table {
+        let file = format!("{}/materials-db/{id}.toml", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(file).unwrap().parse().unwrap()
+    };
+    let density = |id: &String| record(id)["density_g_per_cm3"].as_float().unwrap();
+    let price = |id: &String| match id.as_str() {
+        "ecoflex-00-50" => 0.02,
+        "mold-star-16" => 0.03 * density(id),
+        _ => 0.05,
+    };
+    all.into_iter()
+        .map(|(layout, rms)| {
+            let mass = layout.iter().map(|id| 25.0 * density(id)).sum();
+            let cost = layout.iter().map(|id| 25.0 * price(id)).sum();
+            (layout, rms, mass, cost)
+        })
+        .collect()
+}
+
+#[test]
+fn the_best_layout_keeps_the_rules_and_none_that_keeps_them_is_better() {
+    let all = every_layout();
+    let best = all[0].0.clone();
+    let costs: Vec<f64> = all.iter().map(|l| l.3).collect();
+    let limit = 0.5
+        * (costs.iter().copied().fold(f64::INFINITY, f64::min) + costs.iter().copied().fold(0.0, f64::max));
+    let masses: Vec<f64> = all.iter().map(|l| l.2).collect();
+    let heavy = 0.5
+        * (masses.iter().copied().fold(f64::INFINITY, f64::min) + masses.iter().copied().fold(0.0, f64::max));
+    type Rule<'a> = (String, Box<dyn Fn(&(Vec<String>, f64, f64, f64)) -> bool + 'a>);
+    let apart = |a: &str, b: &str| GOAL.replace("[palette]", &format!("[palette]\napart = [[{a:?}, {b:?}]]"));
+    let mut rules: Vec<Rule> = vec![
+        (
+            GOAL.replace(
+                "[[example]]",
+                &format!(
+                    "[[palette.surface]]\nface = \"top\"\nnever = [{:?}]\n\n[[example]]",
+                    best[1]
+                ),
+            ),
+            Box::new(|l| l.0[1] != best[1]),
+        ),
+        (
+            GOAL.replace("[palette]", &format!("[palette]\nmost_cost = \"{limit} EUR\""))
+                .replace("[[example]]", PRICES),
+            Box::new(move |l| l.3 <= limit),
+        ),
+        (
+            GOAL.replace("[palette]", &format!("[palette]\nmost_mass = \"{heavy} g\"")),
+            Box::new(move |l| l.2 <= heavy),
+        ),
+        (
+            GOAL.replace("[palette]", "[palette]\nmost_materials = 1"),
+            Box::new(|l| l.0[0] == l.0[1]),
+        ),
+    ];
+    if best[0] != best[1] {
+        rules.push((
+            apart(&best[1], &best[0]),
+            Box::new(|l| l.0 != best && (l.0[0] != best[1] || l.0[1] != best[0])),
+        ));
+    }
+    for (goal, keeps) in &rules {
+        let expected = all.iter().find(|l| keeps(l)).unwrap();
+        let found = found(goal, &[]);
+        let cells: Vec<&str> = found["cells"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|c| c["material"].as_str().unwrap())
+            .collect();
+        assert_eq!(cells, expected.0, "{goal}");
+        assert!((found["mass_g"].as_f64().unwrap() - expected.2).abs() < 1e-6 * expected.2);
+        if let Some(cost) = found["cost"].as_f64() {
+            assert!((cost - expected.3).abs() < 1e-6 * expected.3);
+        }
+    }
+}
+
+/// Against the definition over all nine layouts.
+#[test]
+fn the_pareto_set_holds_what_none_beats() {
+    let all = every_layout();
+    let goal = GOAL.replace("[[example]]", PRICES);
+    let found = found(&goal, &["--exhaustive", "--pareto"]);
+    let rows = found["pareto"].as_array().unwrap();
+    for (against, of) in [("mass", 2), ("cost", 3)] {
+        let amount = |l: &(Vec<String>, f64, f64, f64)| if of == 2 { l.2 } else { l.3 };
+        let mut expected: Vec<&(Vec<String>, f64, f64, f64)> = all
+            .iter()
+            .filter(|a| {
+                !all.iter().any(|b| {
+                    let (less, same) = (
+                        amount(b) < amount(a) - 1e-9,
+                        (amount(b) - amount(a)).abs() <= 1e-9,
+                    );
+                    (b.1 < a.1 && (less || same)) || (b.1 <= a.1 && less)
+                })
+            })
+            .collect();
+        expected.sort_by(|a, b| amount(a).total_cmp(&amount(b)));
+        let listed: Vec<Vec<&str>> = rows
+            .iter()
+            .filter(|r| r["against"] == against)
+            .map(|r| {
+                r["materials"]
+                    .as_array()
+                    .unwrap()
+                    .iter()
+                    .map(|m| m.as_str().unwrap())
+                    .collect()
+            })
+            .collect();
+        assert!(!listed.is_empty());
+        assert_eq!(
+            listed,
+            expected.iter().map(|l| l.0.clone()).collect::<Vec<_>>(),
+            "{against}"
+        );
+    }
+    // The terminal, the page and the file say it too.
+    let folder = design(&goal);
+    let output = pliant(
+        folder.path(),
+        &["replicate", ".", "--no-export", "--exhaustive", "--pareto"],
+    )
+    .output()
+    .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        said.contains("Error against mass") && said.contains("cost EUR"),
+        "{said}"
+    );
+    let page = std::fs::read_to_string(folder.path().join("found/report.html")).unwrap();
+    assert!(page.contains("Error against cost") && !page.contains("NaN"));
+    let file = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
+    assert!(file.contains("[[pareto]]"));
+    let again = pliant(folder.path(), &["export", ".", "--out", "again"])
+        .output()
+        .unwrap();
+    assert!(
+        again.status.success(),
+        "{}",
+        String::from_utf8_lossy(&again.stderr)
+    );
 }

@@ -5,7 +5,7 @@ use crate::support::{PLACES, goal, goal_text, rig};
 use pliant::design::goal::Goal;
 use pliant::design::misfit::Target;
 use pliant::design::space::Space;
-use pliant::design::voxels::rules::Rules;
+use pliant::design::voxels::rules::VoxelRules;
 use pliant::design::voxels::{Found, Options, search};
 use pliant::fem::equilibrium;
 use pliant::fem::example::MeasuredPoint;
@@ -71,7 +71,7 @@ fn twin(counts: [usize; 3], more: &str) -> Twin {
     Twin { goal, rig, target }
 }
 
-fn found(twin: &Twin, rules: &Rules, options: &Options) -> Found {
+fn found(twin: &Twin, rules: &VoxelRules, options: &Options) -> Found {
     let space = Space::free(twin.goal.setup.cells.count(), MATERIALS.len());
     search(
         &twin.rig,
@@ -95,7 +95,7 @@ fn compare(counts: [usize; 3], options: &Options, most: usize, least_budget: Dur
     let twin = twin(counts, "");
     let cells = counts.iter().product();
     let began = Instant::now();
-    let found = found(&twin, &Rules::free(cells), options);
+    let found = found(&twin, &VoxelRules::free(cells), options);
     let own_time = began.elapsed();
     let best = found.outcome.best[0].misfit;
     println!(

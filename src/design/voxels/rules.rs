@@ -27,7 +27,7 @@ pub struct VoxelsText {
 
 /// The rules, checked.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rules {
+pub struct VoxelRules {
     /// The variable of each cell, `(cells)`; numbered by their first cells.
     pub variable_of_cell: Vec<u32>,
     /// How many variables there are.
@@ -36,10 +36,10 @@ pub struct Rules {
     pub connected: Vec<u8>,
 }
 
-impl Rules {
+impl VoxelRules {
     /// Every cell for itself.
-    pub fn free(cells: usize) -> Rules {
-        Rules {
+    pub fn free(cells: usize) -> VoxelRules {
+        VoxelRules {
             variable_of_cell: (0..cells as u32).collect(),
             variables: cells,
             connected: Vec::new(),
@@ -51,13 +51,13 @@ impl Rules {
 ///
 /// # Errors
 /// [`Mistake`]: a cell without a mirror image, features larger than a region, a material that the palette lacks.
-pub fn read_rules(
+pub fn read_voxel_rules(
     document: &Document,
     text: &VoxelsText,
     cells: &Cells,
     solid: &Solid,
     palette: &[&str],
-) -> Result<Rules, Mistake> {
+) -> Result<VoxelRules, Mistake> {
     let mut ties = Ties((0..cells.count() as u32).collect());
     let mirrors = text.symmetry.as_ref();
     if let Some(axes) = mirrors {
@@ -93,7 +93,7 @@ pub fn read_rules(
     connected.sort_unstable();
     connected.dedup();
     let (variable_of_cell, variables) = ties.numbered();
-    Ok(Rules {
+    Ok(VoxelRules {
         variable_of_cell,
         variables,
         connected,

@@ -18,7 +18,7 @@ use super::combinations::combinations;
 use super::connected::Parts;
 use super::exchange;
 use super::linear::{Linear, Shares, shares_of};
-use super::rules::Rules;
+use super::rules::VoxelRules;
 use super::{BadVoxels, Found, Milestone, Options};
 use crate::design::misfit::{Misfit, Target};
 use crate::design::search::{Basis, Bound, Outcome, Progress, Ranked, Stop};
@@ -55,7 +55,7 @@ pub fn search(
     rig: &Rig,
     target: &Target,
     space: &Space,
-    rules: &Rules,
+    rules: &VoxelRules,
     options: &Options,
     watch: &dyn Fn(&Progress, usize),
     cancelled: &(dyn Fn() -> bool + Sync),
