@@ -49,6 +49,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         .unwrap_or_else(|| goal.folder().join("found").join("layout.toml"));
     let found = Found::read(&file).into_diagnostic()?;
     let (layout, _) = found.layout(&goal, &file).into_diagnostic()?;
+    let goal = found.on(goal, &file).into_diagnostic()?;
     let mut options = export_options(&goal);
     options.spacing_mm = arguments.spacing;
     let tiling =

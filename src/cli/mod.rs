@@ -2,7 +2,8 @@
 //! and reporting. Exit codes: 0 done, 1 a negative answer, 2 an error.
 //!
 //! Rooms: [`replicate`], [`export`], [`simulate`], [`db`], [`fit`], [`measure`], [`object`], [`verify`]; what they share: [`terminal`] (output), [`progress`] (a
-//! bar while a search runs), [`stop`] (Ctrl-C).
+//! bar while a search runs), `searching` (a search with its journal and
+//! processes), [`stop`] (Ctrl-C).
 
 pub mod db;
 pub mod export;
@@ -14,6 +15,8 @@ pub mod object;
 pub mod progress;
 pub mod replicate;
 mod replicate_rules;
+mod replicate_shape;
+mod searching;
 pub mod simulate;
 mod simulate_volume;
 pub mod stop;
@@ -58,6 +61,8 @@ pub enum Answer {
     Done,
     /// No: exit code 1 (a record does not validate, a solve does not reach its load).
     Negative,
+    /// An error that another process of this run reports: exit code 2.
+    Failed,
 }
 
 /// Reads the arguments, runs the command, and answers with the exit code.
@@ -76,6 +81,7 @@ pub fn main() -> ExitCode {
     match run(&cli) {
         Ok(Answer::Done) => ExitCode::SUCCESS,
         Ok(Answer::Negative) => ExitCode::from(1),
+        Ok(Answer::Failed) => ExitCode::from(2),
         Err(report) => {
             terminal::complain(&report);
             ExitCode::from(2)

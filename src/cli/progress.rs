@@ -25,15 +25,20 @@ impl SearchBar {
     pub fn show(&self, progress: &Progress, done: usize) {
         if done == 0 {
             let [level, levels] = progress.level;
-            let best = if progress.best_rms_mm.is_finite() {
-                format!(", best so far {:.4} mm", progress.best_rms_mm)
+            let step = if levels > 0 {
+                format!(" {level}/{levels}")
+            } else {
+                String::new()
+            };
+            let best = if progress.best_mm.is_finite() {
+                let gap = progress.best_mm - progress.bound_mm;
+                format!(", best {:.4} mm, gap {gap:.4} mm", progress.best_mm)
             } else {
                 String::new()
             };
             self.bar.reset();
             self.bar.set_length(progress.batch as u64);
-            self.bar
-                .set_message(format!("{} {level}/{levels}{best}", progress.phase));
+            self.bar.set_message(format!("{}{step}{best}", progress.phase));
         }
         self.bar.set_position(done as u64);
     }

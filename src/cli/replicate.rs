@@ -1,16 +1,16 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
-use super::progress::SearchBar;
+use super::Answer;
 use super::replicate_rules as rules;
+use super::replicate_shape::{Shape, Shaping};
+use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
-use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
 use crate::design::reach::Reach;
-use crate::design::search::{self, Outcome};
+use crate::design::search::{self, Aim, Basis, Method, Outcome};
 use crate::design::space::Space;
-use crate::design::workbench::Workbench;
 use crate::fabrication::export::ExportMeta;
 use crate::fabrication::layout::{self, export_options, tile_layout};
 use crate::fem::equilibrium;
@@ -47,21 +47,28 @@ pub struct Arguments {
     /// Where the report's pictures and curves go as separate .svg files [default: none are written]
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
-    /// Simulate every layout: proof for small spaces, days for large ones
-    #[arg(long)]
-    exhaustive: bool,
-    /// How many clusters of alike designs each level of the tree keeps
+    /// How to search: "anytime" learns from what it simulated and bounds the rest, "paper" walks the thesis' tree,
+    /// "exhaustive" simulates every layout
+    #[arg(long, value_name = "METHOD", value_enum, default_value_t = Way::Anytime)]
+    method: Way,
+    /// At most how many layouts the anytime search simulates; more make the bound tighter
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    simulations: usize,
+    /// Ends the search after this many seconds with the best layout so far [default: no limit]
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// How many clusters of alike designs each level of the thesis' tree keeps
     #[arg(long, value_name = "K", default_value_t = 20)]
     clusters: usize,
-    /// How many of the best layouts are improved by exchanging one cell at a time
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    polish: usize,
-    /// Seed of the clustering
+    /// How many of the best layouts are improved by exchanging one cell at a time [default: 3; none with --method paper]
+    #[arg(long, value_name = "N")]
+    polish: Option<usize>,
+    /// Seed of all random choices
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Accuracy of each simulation in the search, as a share of load and displacement; the layouts that are reported are
     /// simulated again at 1e-8
-    #[arg(long, value_name = "T", default_value_t = 1e-3)]
+    #[arg(long, value_name = "T", default_value_t = 1e-5)]
     tolerance: f64,
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
@@ -69,6 +76,19 @@ pub struct Arguments {
     /// Show which layouts no other beats in both error and mass, and error and cost where the goal names prices
     #[arg(long)]
     pareto: bool,
+    /// Where every simulated layout is kept, so that a search that was ended goes on where it was [default:
+    /// DESIGN/found/simulated.redb]
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// Keep no simulated layouts
+    #[arg(long)]
+    no_journal: bool,
+    /// Move the borders between layers of the best layouts until the error is least
+    #[arg(long)]
+    thickness: bool,
+    /// Rank layouts by the error that is not exceeded with this probability, given how well their materials are known
+    #[arg(long, value_name = "Q", num_args = 0..=1, require_equals = true, default_missing_value = "0.9")]
+    robust: Option<f64>,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -77,57 +97,77 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The ways to search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Way {
+    Anytime,
+    Paper,
+    Exhaustive,
+}
+
+impl Way {
+    fn method(self) -> Method {
+        match self {
+            Way::Anytime => Method::Anytime,
+            Way::Paper => Method::Paper,
+            Way::Exhaustive => Method::Exhaustive,
+        }
+    }
+}
+/// Layouts that are listed.
+const LISTED: usize = 10;
+
 /// Runs `pliant replicate`.
 ///
 /// # Errors
 /// A goal, a material or an object that is wrong; files that cannot be written.
 pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
+    let team = Team::join();
+    match replicate(arguments, &team) {
+        // The leader meets the same mistake and reports it.
+        Err(_) if !team.leads() => Ok(Answer::Failed),
+        answer => answer,
+    }
+}
+
+fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let began = Instant::now();
     let solver = equilibrium::Options::for_search(arguments.tolerance);
     solver.check().into_diagnostic()?;
     use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
-    let goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
-    introduce(&goal, arguments.json);
+    let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    let shaping = Shaping::asked(arguments.robust, arguments.thickness, arguments.seed, &goal)?;
+    introduce(&goal, arguments.json || !team.leads());
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
-    let rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
+    let mut rig = Rig::new(&goal.setup, laws).into_diagnostic()?;
     let target = Target::new(&goal.setup.examples);
     let space = goal.space(&rig).into_diagnostic()?;
+    let aim = Aim {
+        space: &space,
+        target: &target,
+        cost_weight_mm: goal.rules.cost_weight_mm,
+    };
+    let options = search_options(arguments, &target, shaping.candidates());
+    let own = || goal.folder().join("found");
+    let found = arguments.found.clone().unwrap_or_else(own);
+    let setting = setting(arguments, solver, &found, began);
+    if !team.leads() {
+        team.serve(&rig, &setting);
+        return Ok(Answer::Done);
+    }
     let reach = rules::judge(&goal, &rig, &space, arguments.json);
-    let options = search::Options {
-        exhaustive: arguments.exhaustive,
-        clusters: arguments.clusters,
-        seed: arguments.seed,
-        polished: arguments.polish,
-        most_materials: goal.most_materials,
-        listed: 10,
-    };
-    let bar = SearchBar::new(arguments.json);
-    let watch = |progress: &search::Progress, done: usize| bar.show(progress, done);
-    let mut bench = Workbench::new(&rig, solver, stop::flag(), &watch);
-    let searching = Instant::now();
-    let outcome = search::search_in(&space, &target, &options, &mut bench).into_diagnostic()?;
-    let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &watch);
-    let outcome = outcome.refined(&target, &mut fine);
-    let fronts = if arguments.pareto {
-        rules::fronts(&goal, &space, &target, &outcome, &mut fine)
-    } else {
-        Vec::new()
-    };
-    let searched = searching.elapsed();
-    bar.finish();
+    let searching = team.search(&rig, &aim, &options, &setting)?;
+    let mut outcome = searching.outcome.clone();
+    let fronts = rules::fronts(&goal, &rig, &aim, &outcome, arguments.pareto);
+    // Of the layers as drawn and the materials as fitted, which the steps below leave.
+    let bound = bound_words(&outcome);
+    let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, LISTED)?;
     let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
-        return Err(miette!(
-            "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
-            goal.file().display(),
-            outcome.simulations
-        ));
+        return Err(nothing_stands(&goal, &outcome));
     };
+    shape.note(&mut record);
     record.pareto = rules::found_choices(&goal, &fronts);
-    let found = arguments
-        .found
-        .clone()
-        .unwrap_or_else(|| goal.folder().join("found"));
     record.write(&found.join("layout.toml")).into_diagnostic()?;
     let fabricated = fabricate(arguments, &goal, &outcome, &record)?;
     let replica = Replica {
@@ -136,13 +176,20 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         target: &target,
         outcome: &outcome,
         volumes_mm3: &fabricated.volumes_mm3,
+        modes: &shape.modes,
+        notes: &shape.notes(),
     };
+    let facts = [
+        search_facts(&outcome, &options, arguments, &searching, &bound),
+        shape.facts(&goal),
+    ];
     let mut page = replica
-        .page(
-            search_facts(&outcome, &options, arguments, searched),
-            provenance(&goal),
-        )
+        .page(facts.concat(), provenance(&goal))
         .into_diagnostic()?;
+    page.warnings.extend(shape.warnings(&goal));
+    let weighed = goal.weighed(&rig);
+    let overweight = rules::overweight(&goal, &weighed, &outcome.best[0].layout);
+    page.warnings.extend(overweight);
     page.sections = rules::sections(&goal, &reach, &fronts);
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
@@ -153,13 +200,35 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         found: &found,
         export: fabricated.folder.as_deref(),
         whole: began.elapsed(),
-        searched,
-        space: &space,
+        searched: searching.time,
+        from_journal: searching.from_journal,
+        bound: &bound,
+        space: &weighed,
         reach: &reach,
         fronts: &fronts,
     };
-    tell(arguments, &replica, &outcome, &page.warnings, &files);
+    tell(arguments, &replica, &outcome, &page.warnings, &shape, &files);
     Ok(Answer::Done)
+}
+
+fn setting(arguments: &Arguments, solver: equilibrium::Options, found: &Path, began: Instant) -> Setting {
+    Setting {
+        solver,
+        until: arguments.seconds.map(|s| began + Duration::from_secs_f64(s)),
+        journal: (!arguments.no_journal).then(|| {
+            let own = found.join("simulated.redb");
+            arguments.journal.clone().unwrap_or(own)
+        }),
+        quiet: arguments.json,
+    }
+}
+
+fn nothing_stands(goal: &Goal, outcome: &Outcome) -> miette::Report {
+    miette!(
+        "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
+        goal.file().display(),
+        outcome.simulations
+    )
 }
 
 fn use_threads(threads: Option<usize>) -> miette::Result<()> {
@@ -168,6 +237,41 @@ fn use_threads(threads: Option<usize>) -> miette::Result<()> {
         .num_threads(threads)
         .build_global()
         .into_diagnostic()
+}
+
+/// The share of the largest target displacement below which an error is nothing to look further for.
+const GOOD_ENOUGH: f64 = 2e-5;
+
+fn search_options(arguments: &Arguments, target: &Target, candidates: usize) -> search::Options {
+    let method = arguments.method.method();
+    let polished = if method == Method::Paper { 0 } else { 3 };
+    search::Options {
+        method,
+        clusters: arguments.clusters,
+        seed: arguments.seed,
+        polished: arguments.polish.unwrap_or(polished),
+        most_simulations: arguments.simulations,
+        good_enough_mm: GOOD_ENOUGH * target.largest_mm(),
+        listed: candidates.max(LISTED),
+    }
+}
+
+/// What no layout can be better than, in words.
+fn bound_words(outcome: &Outcome) -> String {
+    let bound = &outcome.bound;
+    match bound.basis {
+        Basis::Enumerated => format!("best possible: {}", bound.basis),
+        Basis::Nothing => "no bound: a material alone has no equilibrium under the loads".into(),
+        _ => format!(
+            "no layout can be better than {:.4} mm, a gap of {:.4} mm; this {}",
+            bound.score_mm,
+            outcome.gap_mm(),
+            match bound.basis {
+                Basis::Broken { .. } | Basis::Learned { .. } => format!("is {}", bound.basis),
+                _ => bound.basis.to_string(),
+            }
+        ),
+    }
 }
 
 fn introduce(goal: &Goal, quiet: bool) {
@@ -246,26 +350,32 @@ fn search_facts(
     outcome: &Outcome,
     options: &search::Options,
     arguments: &Arguments,
-    searched: Duration,
+    searching: &Searched,
+    bound: &str,
 ) -> Vec<Fact> {
-    let method = if options.exhaustive {
-        "every layout simulated".to_string()
-    } else {
-        format!(
-            "decision tree, K = {} clusters a level, {} best layouts polished",
+    let method = match options.method {
+        Method::Exhaustive => "every layout simulated".to_string(),
+        Method::Paper => format!(
+            "thesis' decision tree, K = {} clusters a level, {} best layouts polished; its culling is not conservative",
             options.clusters, options.polished
-        )
+        ),
+        Method::Anytime => format!(
+            "learning, {} best layouts polished, then a best-first tree",
+            options.polished
+        ),
     };
     vec![
         Fact::new("method", method),
         Fact::new("ended", format!("{:?}", outcome.stop).to_lowercase()),
+        Fact::new("bound", bound),
         Fact::new("seed", options.seed),
         Fact::new("simulated layouts", outcome.simulations),
+        Fact::new("of these from the journal", searching.from_journal),
         Fact::new("without equilibrium", outcome.failed),
         Fact::new("nodes culled", outcome.culled),
         Fact::new("nodes merged", outcome.merged),
         Fact::new("tolerance of a simulation", format!("{:e}", arguments.tolerance)),
-        Fact::new("search time", duration(searched.as_secs_f64())),
+        Fact::new("search time", duration(searching.time.as_secs_f64())),
     ]
 }
 
@@ -296,13 +406,22 @@ struct Files<'a> {
     space: &'a Space,
     reach: &'a Reach,
     fronts: &'a [rules::Front],
+    from_journal: usize,
+    bound: &'a str,
 }
 
-fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &[String], files: &Files) {
+fn tell(
+    arguments: &Arguments,
+    replica: &Replica,
+    outcome: &Outcome,
+    warnings: &[String],
+    shape: &Shape,
+    files: &Files,
+) {
     let best = &outcome.best[0];
     let layout = files.found.join("layout.toml");
     if arguments.json {
-        let answer = json!({
+        let mut answer = json!({
             "rms_mm": best.misfit.rms_mm,
             "max_mm": best.misfit.max_mm,
             "largest_target_mm": replica.target.largest_mm(),
@@ -313,8 +432,12 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             })).collect::<Vec<_>>(),
             "ended": outcome.stop,
             "simulations": outcome.simulations,
+            "from_journal": files.from_journal,
             "failed": outcome.failed,
             "culled": outcome.culled,
+            "bound_mm": outcome.bound.score_mm,
+            "gap_mm": outcome.gap_mm(),
+            "bound_rests_on": outcome.bound.basis,
             "search_s": files.searched.as_secs_f64(),
             "whole_s": files.whole.as_secs_f64(),
             "layout": layout,
@@ -327,6 +450,7 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
             "pareto": rules::found_choices(replica.goal, files.fronts),
             "warnings": warnings,
         });
+        shape.put(&mut answer);
         say(&format!("{answer:#}"));
         return;
     }
@@ -341,12 +465,20 @@ fn tell(arguments: &Arguments, replica: &Replica, outcome: &Outcome, warnings: &
     say(&layout_table(&rows));
     say(&replica.summary(best));
     rules::tell_fronts(replica.goal, files.fronts);
+    if arguments.method == Way::Paper {
+        say("the thesis' culling is not conservative: a better layout may have been passed by");
+    }
+    say(files.bound);
+    for fact in shape.facts(replica.goal) {
+        say(&format!("{}: {}", fact.name, fact.value));
+    }
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }
     say(&format!(
-        "{} layouts simulated, {} without equilibrium, {} nodes culled; search {}, in all {}",
+        "{} layouts simulated ({} of them before), {} without equilibrium, {} nodes culled; search {}, in all {}",
         outcome.simulations,
+        files.from_journal,
         outcome.failed,
         outcome.culled,
         duration(files.searched.as_secs_f64()),

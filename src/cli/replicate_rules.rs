@@ -4,11 +4,12 @@ use super::stop;
 use super::terminal::{say, warn};
 use crate::design::found::FoundChoice;
 use crate::design::goal::Goal;
-use crate::design::misfit::{Misfit, Target};
+use crate::design::misfit::Misfit;
 use crate::design::pareto::{self, Against, Choice};
 use crate::design::reach::{self, Reach, Scale};
-use crate::design::search::{Bench, Outcome, Progress};
+use crate::design::search::{Aim, Bench, Outcome, Progress};
 use crate::design::space::Space;
+use crate::design::workbench::Workbench;
 use crate::fem::equilibrium::Options;
 use crate::fem::rig::{Layout, Rig};
 use crate::report;
@@ -78,14 +79,15 @@ pub struct Front {
     pub choices: Vec<Choice>,
 }
 
-/// The sets against mass and, where the goal names prices, cost; their layouts are simulated again on `fine`.
-pub fn fronts(
-    goal: &Goal,
-    space: &Space,
-    target: &Target,
-    outcome: &Outcome,
-    fine: &mut dyn Bench,
-) -> Vec<Front> {
+/// The sets against mass and, where the goal names prices, cost; their layouts are simulated again at the default tolerance.
+/// None if they are not `wanted`.
+pub fn fronts(goal: &Goal, rig: &Rig, aim: &Aim, outcome: &Outcome, wanted: bool) -> Vec<Front> {
+    if !wanted {
+        return Vec::new();
+    }
+    let watch = |_: &Progress, _: usize| {};
+    let mut fine = Workbench::new(rig, Options::default(), stop::flag(), &watch);
+    let (space, target) = (aim.space, aim.target);
     let simulated: Vec<(Layout, Misfit)> = outcome
         .simulated
         .iter()
@@ -100,9 +102,10 @@ pub fn fronts(
             let layouts: Vec<Layout> = coarse.iter().map(|c| c.layout.clone()).collect();
             let progress = Progress {
                 phase: "refining",
-                level: [1, 1],
+                level: [0, 0],
                 batch: layouts.len(),
-                best_rms_mm: outcome.best.first().map_or(f64::INFINITY, |r| r.misfit.rms_mm),
+                best_mm: outcome.best.first().map_or(f64::INFINITY, |r| r.score_mm),
+                bound_mm: outcome.bound.score_mm,
             };
             let responses = fine.respond(&layouts, &progress);
             let refined: Option<Vec<(Layout, Misfit)>> = layouts
@@ -123,6 +126,19 @@ pub fn fronts(
             Front { against, choices }
         })
         .collect()
+}
+
+/// What must be said of a layout that weighs or costs more than the goal allows, as moved layer borders can make it.
+pub fn overweight(goal: &Goal, weighed: &Space, layout: &[u8]) -> Vec<String> {
+    let currency = goal.rules.currency.as_deref().unwrap_or_default();
+    let over = |what: &str, found: f64, most: f64, unit: &str| {
+        (found > most * (1.0 + 1e-9)).then(|| {
+            format!("The best layout {what} {found:.2} {unit}, more than the goal allows ({most:.2} {unit}).")
+        })
+    };
+    let mass = over("weighs", weighed.mass_g(layout), goal.rules.most_mass_g, "g");
+    let cost = over("costs", weighed.cost(layout), goal.rules.most_cost, currency);
+    mass.into_iter().chain(cost).collect()
 }
 
 /// The rows of `layout.toml`.

@@ -119,6 +119,7 @@ fn layout(arguments: &Arguments) -> miette::Result<Answer> {
     let folder = arguments.scene.parent().unwrap_or(Path::new(""));
     let goal = Goal::read(&folder.join(&found.goal), &database).into_diagnostic()?;
     let (layout, recorded) = found.layout(&goal, &arguments.scene).into_diagnostic()?;
+    let goal = found.on(goal, &arguments.scene).into_diagnostic()?;
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
     let stage = Stage::of_examples(&goal.setup, laws, layout, &[]).into_diagnostic()?;
     introduce(arguments, &goal.name, &goal.setup, &stage);

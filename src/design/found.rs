@@ -3,7 +3,8 @@
 use super::goal::Goal;
 use super::misfit::{Misfit, Target};
 use super::pareto::Against;
-use super::search::{Options, Outcome, Stop};
+use super::search::{Bound, Options, Outcome, Stop};
+use crate::fem::planes::Planes;
 use crate::fem::rig::Layout;
 use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,9 @@ pub struct Found {
     pub material: Vec<FoundMaterial>,
     /// The cells.
     pub cell: Vec<FoundCell>,
+    /// Where layer borders were moved to; absent where they were not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<FoundThickness>,
     /// The next best layouts.
     #[serde(default)]
     pub runner_up: Vec<FoundLayout>,
@@ -55,6 +59,12 @@ pub struct FoundError {
     pub best_single_material_rms_mm: Option<f64>,
     /// That material's id.
     pub best_single_material: Option<String>,
+    /// RMS error that is not exceeded with the probability of `quantile`, given how well the materials are known \[mm\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pessimistic_rms_mm: Option<f64>,
+    /// That probability.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantile: Option<f64>,
 }
 
 /// `[search]`.
@@ -62,6 +72,9 @@ pub struct FoundError {
 pub struct FoundSearch {
     /// Why it ended.
     pub stop: Stop,
+    /// What no layout can be better than, and what that rests on.
+    #[serde(default)]
+    pub bound: Option<Bound>,
     /// The options, seed included.
     pub options: Options,
     /// Tolerance of each simulation.
@@ -111,6 +124,32 @@ pub struct FoundLayout {
     pub rms_mm: f64,
     /// Largest displacement error \[mm\].
     pub max_mm: f64,
+    /// RMS error that is not exceeded with the probability of `error.quantile` \[mm\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pessimistic_rms_mm: Option<f64>,
+}
+
+/// `[thickness]`: layer borders that were moved. The runners-up have theirs as the goal draws them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundThickness {
+    /// RMS error of the layout with the borders as drawn \[mm\].
+    pub rms_before_mm: f64,
+    /// The least thickness of a layer \[mm\].
+    pub least_mm: f64,
+    /// Names of the cells that are as thin as they may be.
+    pub thinnest: Vec<String>,
+    /// The regions, in the goal's order.
+    pub region: Vec<FoundBorders>,
+}
+
+/// `[[thickness.region]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundBorders {
+    /// Name of the region.
+    pub name: String,
+    /// Its borders from below, outer ones included, `(layers + 1)`: coordinates \[mm\], or shares of the object's height where the
+    /// layers follow it.
+    pub borders: Vec<f64>,
 }
 
 /// `[[pareto]]`.
@@ -203,6 +242,7 @@ impl Found {
                 materials: r.layout.iter().map(|&m| id(m)).collect(),
                 rms_mm: r.misfit.rms_mm,
                 max_mm: r.misfit.max_mm,
+                pessimistic_rms_mm: None,
             })
             .collect();
         let uniform = outcome.best_uniform.as_ref();
@@ -218,9 +258,12 @@ impl Found {
                 largest_target_mm: target.largest_mm(),
                 best_single_material_rms_mm: uniform.map(|u| u.misfit.rms_mm),
                 best_single_material: uniform.map(|u| id(u.layout[0])),
+                pessimistic_rms_mm: None,
+                quantile: None,
             },
             search: FoundSearch {
                 stop: outcome.stop,
+                bound: Some(outcome.bound),
                 options: *options,
                 tolerance,
                 element_size_mm: goal.setup.element_size_mm,
@@ -232,6 +275,7 @@ impl Found {
             },
             material,
             cell,
+            thickness: None,
             runner_up,
             pareto: Vec::new(),
         })
@@ -269,6 +313,36 @@ impl Found {
         let text = toml::to_string(self).map_err(|e| fail(e.to_string()))?;
         let head = "# Written by `pliant replicate`. `pliant export` and `pliant simulate` read it.\n";
         replace_file(file, format!("{head}{text}").as_bytes()).map_err(|e| fail(e.to_string()))
+    }
+
+    /// The goal with its layer borders where this layout has them.
+    ///
+    /// # Errors
+    /// [`FoundFileError::Stale`] if its regions or layers are others.
+    pub fn on(&self, mut goal: Goal, file: &Path) -> Result<Goal, FoundFileError> {
+        let Some(thickness) = &self.thickness else {
+            return Ok(goal);
+        };
+        let stale = |reason: String| FoundFileError::Stale {
+            file: file.to_path_buf(),
+            reason,
+        };
+        let cells = &goal.setup.cells;
+        let names: Vec<&String> = cells.regions().iter().map(|r| &r.name).collect();
+        let own: Vec<&String> = thickness.region.iter().map(|r| &r.name).collect();
+        if own != names {
+            return Err(stale(format!(
+                "[[thickness.region]] names {own:?} where the goal has {names:?}"
+            )));
+        }
+        let borders: Vec<Vec<f64>> = thickness.region.iter().map(|r| r.borders.clone()).collect();
+        let moved = cells
+            .moved(&borders)
+            .map_err(|e| stale(format!("[[thickness.region]]: {e}")))?;
+        Planes::of(&goal.setup.object.solid, &moved)
+            .map_err(|e| stale(format!("[[thickness.region]]: {e}")))?;
+        goal.setup.cells = moved;
+        Ok(goal)
     }
 
     /// The layout in terms of the goal's palette, and its error as the search found it.

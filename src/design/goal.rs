@@ -34,6 +34,8 @@ pub struct Goal {
     pub most_materials: usize,
     /// What may touch what, lie on the surface, and what the whole may weigh and cost.
     pub rules: Rules,
+    /// The thinnest layer that may be made \[mm\], if the goal says so.
+    pub least_layer_mm: Option<f64>,
 }
 
 /// A material of the palette with its law.
@@ -97,6 +99,8 @@ impl Goal {
         )?;
         let element_size_mm = goal.object.element_size_mm(&document, &object)?;
         let examples = read_examples(&document, &goal.example)?;
+        let least = goal.palette.least_layer.as_ref();
+        let least_layer_mm = least.map(|l| setup::positive_length(&document, l)).transpose()?;
         let setup = Setup {
             document,
             object,
@@ -111,6 +115,7 @@ impl Goal {
             palette,
             most_materials,
             rules,
+            least_layer_mm,
         })
     }
 

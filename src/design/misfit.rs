@@ -93,6 +93,19 @@ impl Target {
         }
     }
 
+    /// Root mean square difference of two responses where the target was measured, `(components)` \[mm\]. The errors of the
+    /// two differ by no more.
+    pub fn between(&self, a: &[f64], b: &[f64]) -> f64 {
+        let (mut sum, mut n) = (0.0, 0);
+        for (length, measured, _) in self.lengths(|i, _| a[i] - b[i]) {
+            if measured > 0 {
+                sum += length * length;
+                n += 1;
+            }
+        }
+        if n == 0 { 0.0 } else { (sum / n as f64).sqrt() }
+    }
+
     /// Least root mean square error in the box `low ≤ x ≤ high` \[mm\]: no layout inside it is better.
     pub fn distance_to_box(&self, low: &[f64], high: &[f64]) -> f64 {
         let (mut sum, mut n) = (0.0, 0);

@@ -7,6 +7,7 @@ use crate::fem::equilibrium::Options;
 use crate::fem::rig::{Layout, Response, Rig};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// All benches of a rig.
 pub struct Workbench<'a> {
@@ -14,6 +15,8 @@ pub struct Workbench<'a> {
     options: Options,
     stop: &'a AtomicBool,
     watch: &'a (dyn Fn(&Progress, usize) + Sync),
+    /// When to stop by itself.
+    pub until: Option<Instant>,
 }
 
 impl<'a> Workbench<'a> {
@@ -30,6 +33,7 @@ impl<'a> Workbench<'a> {
             options,
             stop,
             watch,
+            until: None,
         }
     }
 }
@@ -37,7 +41,8 @@ impl<'a> Workbench<'a> {
 impl Bench for Workbench<'_> {
     fn respond(&mut self, layouts: &[Layout], progress: &Progress) -> Vec<Option<Response>> {
         let done = std::sync::atomic::AtomicUsize::new(0);
-        let cancelled = || self.stop.load(Ordering::Relaxed);
+        let cancelled =
+            || self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until);
         let failed = || Response {
             displacements: vec![f64::NAN; self.rig.components()],
             complete: false,

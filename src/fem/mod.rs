@@ -11,7 +11,8 @@
 //! | [`example`], [`example_text`], [`example_table`] | force–displacement examples |
 //! | [`measurement_set`], [`specimen`] | examples of one material with their specimen; that specimen, wired for the solver |
 //! | [`setup`], [`regions`] | objects, supports and regions as people write them |
-//! | [`rig`] | an object on the test bench: materials by cell in, displacements out |
+//! | [`planes`] | layer borders in the levels of a grid |
+//! | [`rig`], [`rig_sensitivity`] | an object on the test bench: materials by cell in, displacements out; their derivatives by layer borders and by what is uncertain of the materials |
 //! | [`scene`], [`scene_text`], [`scene_materials`] | an object with its materials and what is done to it |
 //! | [`stage`], [`scene_record`] | a scene's load cases, simulated; what that leaves behind |
 //! | [`volume_scene`] | all of that on a mesh from elsewhere |
@@ -29,9 +30,11 @@ pub mod measurement_set;
 pub mod model;
 mod newton;
 pub mod patches;
+pub mod planes;
 pub mod regions;
 mod response;
 pub mod rig;
+pub mod rig_sensitivity;
 pub mod scene;
 pub mod scene_materials;
 pub mod scene_record;

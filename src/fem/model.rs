@@ -156,6 +156,24 @@ impl Model {
         })
     }
 
+    /// The same elements, numbering and analysis of the matrix with the nodes elsewhere and other fills.
+    ///
+    /// # Errors
+    /// [`ModelError::BadElement`] where an element is turned inside out.
+    pub fn moved(&self, mesh: VolumeMesh, fill: Option<Vec<f64>>) -> Result<Model, ModelError> {
+        let volumetric = match &self.parts {
+            Discretisation::Eight(block) => block.volumetric,
+            Discretisation::Four(block) => block.volumetric,
+        };
+        let parts = Discretisation::with(&mesh, fill.as_deref(), volumetric, None)?;
+        Ok(Model {
+            mesh,
+            parts,
+            fill,
+            ..self.clone()
+        })
+    }
+
     /// Number of unknown displacement components.
     pub fn unknowns(&self) -> usize {
         self.unknowns

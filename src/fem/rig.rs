@@ -8,9 +8,9 @@ use super::equilibrium::{Load, Options, Solver, Stop, Work};
 use super::example::{Example, Sensor};
 use super::forces::{Materials, point_fields};
 use super::model::{Model, ModelError};
+use super::planes::Planes;
 use super::setup::Setup;
-use crate::geometry::axis::Axis;
-use crate::geometry::cells::{Cells, LayeredRegion, Style};
+use crate::geometry::cells::Cells;
 use crate::geometry::grid::{Grid, GridError, Levels};
 use crate::geometry::region::Region;
 use crate::geometry::solid::Solid;
@@ -31,7 +31,7 @@ pub struct Press {
     pub factors: Vec<f64>,
     /// The contact point on the surface \[mm\].
     pub contact_point: Vec3,
-    sensors: Vec<(Sensor, Vec<Vec3>)>,
+    pub(super) sensors: Vec<(Sensor, Vec<Vec3>)>,
 }
 
 /// The object, held and wired.
@@ -98,18 +98,10 @@ impl Rig {
         for fixed in &setup.fixed {
             fixed.hold(&setup.document, &grid, &mut constrained)?;
         }
-        let model = Model::new(grid.mesh.clone(), Some(grid.fill.clone()), constrained).map_err(|error| {
-            RigError::Model {
-                file: setup.document.file.display().to_string(),
-                error,
-            }
-        })?;
+        let model = Model::new(grid.mesh.clone(), Some(grid.fill.clone()), constrained)
+            .map_err(|error| of_model(setup, error))?;
         let cell_of_point = cells_of_points(&grid, &setup.cells);
-        let presses = setup
-            .examples
-            .iter()
-            .map(|example| press(setup, example, &grid))
-            .collect::<Result<Vec<Press>, Mistake>>()?;
+        let presses = presses(setup, &grid)?;
         let components = setup.examples.iter().map(components_of).sum();
         Ok(Rig {
             grid,
@@ -118,6 +110,30 @@ impl Rig {
             presses,
             laws,
             components,
+        })
+    }
+
+    /// The same rig with the borders of `setup`'s cells elsewhere: its elements, numbering and supports stay, the levels move. What
+    /// is pressed and measured is wired anew.
+    ///
+    /// # Errors
+    /// [`RigError`]: borders that the grid cannot follow, contacts that miss the object.
+    pub fn moved(&self, setup: &Setup) -> Result<Rig, RigError> {
+        let solid = &setup.object.solid;
+        let planes = Planes::of(solid, &setup.cells)?;
+        let levels = levels_for(solid, &setup.cells, &planes, setup.element_size_mm);
+        let grid = self.grid.with_levels(solid, levels);
+        let model = self
+            .model
+            .moved(grid.mesh.clone(), Some(grid.fill.clone()))
+            .map_err(|error| of_model(setup, error))?;
+        Ok(Rig {
+            model,
+            cell_of_point: self.cell_of_point.clone(),
+            presses: presses(setup, &grid)?,
+            laws: self.laws.clone(),
+            components: self.components,
+            grid,
         })
     }
 
@@ -137,7 +153,7 @@ impl Rig {
         })
     }
 
-    fn laws_of(&self, layout: &[u8]) -> Vec<&Law> {
+    pub(super) fn laws_of(&self, layout: &[u8]) -> Vec<&Law> {
         layout.iter().map(|&m| &self.laws[m as usize]).collect()
     }
 }
@@ -145,8 +161,8 @@ impl Rig {
 /// The rig with one thread's memory.
 #[derive(Debug)]
 pub struct Bench<'a> {
-    rig: &'a Rig,
-    solver: Solver<'a>,
+    pub(super) rig: &'a Rig,
+    pub(super) solver: Solver<'a>,
 }
 
 /// A layout under one example, in full.
@@ -167,6 +183,17 @@ pub struct PressOutcome {
 impl Bench<'_> {
     /// Presses one layout as all examples say.
     pub fn respond(&mut self, layout: &[u8], options: &Options, cancelled: &dyn Fn() -> bool) -> Response {
+        self.respond_with(layout, options, cancelled, &mut |_| {})
+    }
+
+    /// The same, and gives the displacements at the levels of each press, `(levels × nodes)` \[mm\], to `keep`.
+    pub(super) fn respond_with(
+        &mut self,
+        layout: &[u8],
+        options: &Options,
+        cancelled: &dyn Fn() -> bool,
+        keep: &mut dyn FnMut(Vec<Vec<Vec3>>),
+    ) -> Response {
         let laws = self.rig.laws_of(layout);
         let materials = Materials {
             laws: &laws,
@@ -202,6 +229,7 @@ impl Bench<'_> {
                 series.push(continued(&series, &press.factors, level, press.components()));
             }
             response.displacements.extend(series.into_iter().flatten());
+            keep(curve.levels);
         }
         response
     }
@@ -290,6 +318,18 @@ fn components_of(example: &Example) -> usize {
     example.points.iter().map(|p| p.directions.len()).sum::<usize>() * example.forces_n.len()
 }
 
+fn of_model(setup: &Setup, error: ModelError) -> RigError {
+    RigError::Model {
+        file: setup.document.file.display().to_string(),
+        error,
+    }
+}
+
+fn presses(setup: &Setup, grid: &Grid) -> Result<Vec<Press>, Mistake> {
+    let one = |example| press(setup, example, grid);
+    setup.examples.iter().map(one).collect()
+}
+
 fn press(setup: &Setup, example: &Example, grid: &Grid) -> Result<Press, Mistake> {
     let fail = |message: String| {
         setup
@@ -339,48 +379,36 @@ fn press(setup: &Setup, example: &Example, grid: &Grid) -> Result<Press, Mistake
 
 /// A grid whose faces lie on the layer borders: at shares of the height if a region follows it, flat otherwise.
 pub(super) fn grid_for(solid: &Solid, cells: &Cells, size_mm: f64) -> Result<Grid, GridError> {
-    let follows = cells.heights();
-    let axis = match follows {
-        Some(heights) => heights.axis(),
-        None => cells.regions().first().map_or(Axis::Z, |r| r.axis),
-    };
-    let (low, high) = solid.bounds();
-    let extent = [low[axis.index()], high[axis.index()]];
-    let own = |r: &&LayeredRegion| r.axis == axis && (r.style == Style::Follow) == follows.is_some();
-    let mut borders: Vec<f64> = cells
-        .regions()
-        .iter()
-        .filter(own)
-        .flat_map(|r| r.borders.iter().copied())
-        .collect();
-    let ends = if follows.is_some() { [0.0, 1.0] } else { extent };
-    borders.extend(ends);
-    let levels = refined(
-        borders,
-        LEAST_LEVELS,
-        (extent[1] - extent[0]) * if follows.is_some() { 1.0 } else { 0.0 },
-        size_mm,
-    );
-    let levels = match follows {
-        Some(heights) => Levels::Following(heights.clone(), levels),
-        None => Levels::Flat(levels),
-    };
-    let (a, b) = axis.others();
+    let planes = Planes::of(solid, cells)?;
+    let levels = levels_for(solid, cells, &planes, size_mm);
+    let (a, b) = planes.axis.others();
     let across = [a, b].map(|c| lines_along(cells, c));
-    Grid::new(solid, axis, size_mm, levels, [&across[0], &across[1]])
+    Grid::new(solid, planes.axis, size_mm, levels, [&across[0], &across[1]])
 }
 
-/// Sorted borders, cut further until there are at least `least` levels and none is thicker than `size_mm`; `scale_mm` is the
-/// height of a share of one, or zero where borders are coordinates already.
-fn refined(mut borders: Vec<f64>, least: usize, scale_mm: f64, size_mm: f64) -> Vec<f64> {
-    borders.sort_by(f64::total_cmp);
+/// The levels of a grid, on all `planes`.
+fn levels_for(solid: &Solid, cells: &Cells, planes: &Planes, size_mm: f64) -> Levels {
+    let (low, high) = solid.bounds();
+    let scale_mm = match planes.follows {
+        true => high[planes.axis.index()] - low[planes.axis.index()],
+        false => 1.0,
+    };
+    let mut levels = refined(&planes.drawn, LEAST_LEVELS, scale_mm, size_mm);
+    levels.iter_mut().for_each(|level| *level = planes.at(*level));
+    match cells.heights() {
+        Some(heights) => Levels::Following(heights.clone(), levels),
+        None => Levels::Flat(levels),
+    }
+}
+
+/// Ascending borders, cut further until there are at least `least` levels and none is thicker than `size_mm`; `scale_mm` is the
+/// height of a share of one, or one where borders are coordinates already.
+fn refined(borders: &[f64], least: usize, scale_mm: f64, size_mm: f64) -> Vec<f64> {
     let whole = borders[borders.len() - 1] - borders[0];
-    borders.dedup_by(|a, b| (*a - *b).abs() < 1e-3 * whole);
-    let scale = if scale_mm > 0.0 { scale_mm } else { 1.0 };
     let mut levels = vec![borders[0]];
     for pair in borders.windows(2) {
         let thickness = pair[1] - pair[0];
-        let by_size = (thickness * scale / size_mm).ceil();
+        let by_size = (thickness * scale_mm / size_mm).ceil();
         let by_count = (least as f64 * thickness / whole).round();
         let n = by_size.max(by_count).max(1.0) as usize;
         levels.extend((1..=n).map(|k| pair[0] + thickness * k as f64 / n as f64));

@@ -26,9 +26,9 @@ use crate::numerics::gmres::Side;
 use nalgebra::DMatrix;
 
 /// Residual of the linear systems, as a share of their right-hand sides.
-const TOLERANCE: f64 = 1e-12;
+pub(super) const TOLERANCE: f64 = 1e-12;
 /// The same for readings, which fits ask for by the thousand and need less exactly.
-const READING_TOLERANCE: f64 = 1e-6;
+pub(super) const READING_TOLERANCE: f64 = 1e-6;
 
 /// Why there are no derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -126,6 +126,23 @@ impl Solver<'_> {
         let mut forces = self.force_derivatives(u, materials, cell, slopes)?;
         forces.iter_mut().flatten().for_each(|f| *f = -*f);
         forces.extend(loads.iter().map(|load| load.to_vec()));
+        self.readings_by_forces(u, materials, &forces, sensors, READING_TOLERANCE)
+    }
+
+    /// How far the readings of sensors go along K⁻¹ f for each of the nodal `forces` f, `(forces × nodes)` \[N per unit\], at the
+    /// equilibrium `u`, `(nodes)` \[mm\]: `(components × forces)`. A component is one direction of one sensor, in order. One
+    /// solve a force or one a component, whichever is less, to a residual of `tolerance`.
+    ///
+    /// # Errors
+    /// [`SensitivityError`]: a limit point.
+    pub(super) fn readings_by_forces(
+        &mut self,
+        u: &[Vec3],
+        materials: &Materials,
+        forces: &[Vec<Vec3>],
+        sensors: &[(Sensor, Vec<Vec3>)],
+        tolerance: f64,
+    ) -> Result<DMatrix<f64>, SensitivityError> {
         self.tangent_at(u, materials)?;
         let rows: usize = sensors.iter().map(|(_, directions)| directions.len()).sum();
         let mut derivatives = DMatrix::zeros(rows, forces.len());
@@ -139,7 +156,7 @@ impl Solver<'_> {
         if forces.len() <= rows {
             for (column, force) in forces.iter().enumerate() {
                 self.model.gather(force, &mut right);
-                self.solve_tangent(&mut right, Side::Plain, READING_TOLERANCE)
+                self.solve_tangent(&mut right, Side::Plain, tolerance)
                     .ok_or(SensitivityError::Unstable)?;
                 self.model.spread(&right, &mut field);
                 for (row, (sensor, direction)) in components().enumerate() {
@@ -154,7 +171,7 @@ impl Solver<'_> {
                     .iter()
                     .for_each(|&(n, w)| field[n] += direction * w);
                 self.model.gather(&field, &mut right);
-                self.solve_tangent(&mut right, Side::Transposed, READING_TOLERANCE)
+                self.solve_tangent(&mut right, Side::Transposed, tolerance)
                     .ok_or(SensitivityError::Unstable)?;
                 // A held component does not move: the adjoint is zero there.
                 field.fill(Vec3::zeros());
@@ -178,7 +195,7 @@ impl Solver<'_> {
     }
 
     /// ∂f_int/∂p at fixed `u`, `(parameters × nodes)`.
-    fn force_derivatives(
+    pub(super) fn force_derivatives(
         &self,
         u: &[Vec3],
         materials: &Materials,

@@ -111,6 +111,16 @@ pub struct Setup {
     pub examples: Vec<Example>,
 }
 
+impl Setup {
+    /// The same with other cells.
+    pub fn with_cells(&self, cells: Cells) -> Setup {
+        Setup {
+            cells,
+            ..self.clone()
+        }
+    }
+}
+
 /// A quantity with its unit, or a mistake that says what is expected.
 ///
 /// # Errors

@@ -42,6 +42,37 @@ pub struct Cells {
     heights: Option<Heights>,
     first: Vec<usize>,
     count: usize,
+    /// The borders of each region before any was moved.
+    drawn: Vec<Vec<f64>>,
+}
+
+/// Borders that layers cannot have.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BorderError {
+    /// A region has another number of borders.
+    #[error("found borders of {found} regions, expected {expected}")]
+    Regions {
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// The borders of a region are not as many as they were, or they don't ascend from one end to the other.
+    #[error(
+        "region {region:?}: found the borders {found:?}, expected {count} numbers that ascend from {from} to {to}"
+    )]
+    Order {
+        /// Its name.
+        region: String,
+        /// Its borders as given.
+        found: Vec<f64>,
+        /// How many it has.
+        count: usize,
+        /// The first one, which stays.
+        from: f64,
+        /// The last one, which stays.
+        to: f64,
+    },
 }
 
 /// A surface between cells: negative on one side, zero on it, positive on the other \[mm\].
@@ -52,6 +83,7 @@ impl Cells {
     pub fn new(regions: Vec<LayeredRegion>, heights: Option<Heights>) -> Cells {
         let mut first = Vec::with_capacity(regions.len());
         let mut count = 0;
+        let drawn = regions.iter().map(|r| r.borders.clone()).collect();
         for region in &regions {
             first.push(count);
             count += region.borders.len() - 1;
@@ -61,7 +93,47 @@ impl Cells {
             heights,
             first,
             count,
+            drawn,
         }
+    }
+
+    /// The same cells with other borders between their layers, `(regions × (layers + 1))`; the outer ones stay.
+    ///
+    /// # Errors
+    /// [`BorderError`]: counts that differ, borders that don't ascend, outer borders that moved.
+    pub fn moved(&self, borders: &[Vec<f64>]) -> Result<Cells, BorderError> {
+        if borders.len() != self.regions.len() {
+            return Err(BorderError::Regions {
+                found: borders.len(),
+                expected: self.regions.len(),
+            });
+        }
+        let mut cells = self.clone();
+        for ((region, borders), drawn) in cells.regions.iter_mut().zip(borders).zip(&self.drawn) {
+            let (from, to) = (drawn[0], drawn[drawn.len() - 1]);
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (to - from);
+            let ascend = borders.windows(2).all(|pair| pair[0] < pair[1]);
+            if borders.len() != drawn.len()
+                || !ascend
+                || !near(borders[0], from)
+                || !near(borders[borders.len() - 1], to)
+            {
+                return Err(BorderError::Order {
+                    region: region.name.clone(),
+                    found: borders.clone(),
+                    count: drawn.len(),
+                    from,
+                    to,
+                });
+            }
+            region.borders.clone_from(borders);
+        }
+        Ok(cells)
+    }
+
+    /// The borders of each region as they were drawn, before any was moved, `(regions × (layers + 1))`.
+    pub fn drawn_borders(&self) -> &[Vec<f64>] {
+        &self.drawn
     }
 
     /// Number of cells.
@@ -142,9 +214,15 @@ impl Cells {
     /// The thinnest layer that `solid` gets in a region \[mm\]: the fifth percentile over the object where layers follow
     /// its height.
     pub fn thinnest_layer(&self, region: &LayeredRegion, solid: &Solid) -> f64 {
-        let layers = (region.borders.len() - 1) as f64;
+        let whole = region.borders[region.borders.len() - 1] - region.borders[0];
+        let thin = region.borders.windows(2).map(|pair| pair[1] - pair[0]);
+        thin.fold(f64::INFINITY, f64::min) / whole * self.height_of(region, solid)
+    }
+
+    /// Extent of a region along its axis \[mm\]: the fifth percentile of the object's height in it where layers follow that.
+    pub fn height_of(&self, region: &LayeredRegion, solid: &Solid) -> f64 {
         let (Some(heights), Style::Follow) = (&self.heights, region.style) else {
-            return (region.borders[region.borders.len() - 1] - region.borders[0]) / layers;
+            return region.borders[region.borders.len() - 1] - region.borders[0];
         };
         let (low, high) = solid.bounds();
         let (a, b) = region.axis.others();
@@ -155,7 +233,7 @@ impl Cells {
                 let [bottom, top] = heights.at(at(a, i), at(b, j));
                 let middle = region.axis.point(0.5 * (bottom + top), at(a, i), at(b, j));
                 if solid.contains(&middle) && region.region.contains(&middle) {
-                    thickness.push((top - bottom) / layers);
+                    thickness.push(top - bottom);
                 }
             }
         }
@@ -201,6 +279,26 @@ mod tests {
         assert_eq!(cells.cell_at(&Vec3::new(50.0, 5.0, 6.1)), Some(4));
         assert_eq!(cells.name(1), "heel 2");
         assert_eq!(cells.name(2), "rest 1");
+    }
+
+    #[test]
+    fn moved_borders_move_the_cells_between_them() {
+        let cells = two_regions();
+        let moved = cells
+            .moved(&[vec![0.0, 1.0, 6.0], vec![0.0, 2.0, 4.5, 6.0]])
+            .unwrap();
+        assert_eq!(moved.cell_at(&Vec3::new(5.0, 5.0, 1.5)), Some(1));
+        assert_eq!(moved.cell_at(&Vec3::new(50.0, 5.0, 4.2)), Some(3));
+        assert_eq!(moved.drawn_borders(), cells.drawn_borders());
+        for wrong in [
+            vec![vec![0.0, 1.0, 6.0]],
+            vec![vec![0.0, 6.0], vec![0.0, 2.0, 4.0, 6.0]],
+            vec![vec![0.0, 6.5, 6.0], vec![0.0, 2.0, 4.0, 6.0]],
+            vec![vec![0.5, 1.0, 6.0], vec![0.0, 2.0, 4.0, 6.0]],
+            vec![vec![0.0, f64::NAN, 6.0], vec![0.0, 2.0, 4.0, 6.0]],
+        ] {
+            assert!(cells.moved(&wrong).is_err(), "{wrong:?}");
+        }
     }
 
     #[test]

@@ -57,6 +57,16 @@ pub enum GridError {
         /// The most that is allowed.
         most: usize,
     },
+    /// Layer borders that the levels of one grid cannot follow.
+    #[error(
+        "layer borders at {first} and {second} cannot be: borders of regions that were drawn in one plane move together, and none passes another"
+    )]
+    Borders {
+        /// One of them, \[mm\] or a share of the height.
+        first: f64,
+        /// The other.
+        second: f64,
+    },
     /// No cell holds anything of the object.
     #[error("no element of {size_mm} mm holds a tenth of its volume of the object: choose smaller elements")]
     Empty {
@@ -139,6 +149,47 @@ impl Grid {
             return Err(GridError::Empty { size_mm });
         }
         Ok(grid)
+    }
+
+    /// The same elements with their levels elsewhere: nodes move along the layer axis, and the octants are filled anew from
+    /// `solid`. As many levels as before.
+    pub fn with_levels(&self, solid: &Solid, levels: Levels) -> Grid {
+        let (na, nb) = (self.lines[0].len(), self.lines[1].len());
+        let layers = levels.count().min(self.levels.count()) - 1;
+        let mut grid = Grid {
+            levels,
+            ..self.clone()
+        };
+        let columns: Vec<Vec<[f64; 8]>> = (0..(na - 1) * (nb - 1))
+            .into_par_iter()
+            .map(|n| {
+                let (i, j) = (n % (na - 1), n / (na - 1));
+                column_fill(solid, self.axis, &self.lines, &grid.levels, i, j)
+            })
+            .collect();
+        let Elements::Hexahedra(hexahedra) = &self.mesh.elements else {
+            return grid;
+        };
+        for k in 0..layers {
+            for (n, fill) in columns.iter().enumerate() {
+                let (i, j) = (n % (na - 1), n / (na - 1));
+                let element = self.hexahedron_of[i + (na - 1) * (j + (nb - 1) * k)];
+                if element == NONE {
+                    continue;
+                }
+                let element = element as usize;
+                grid.fill[8 * element..8 * element + 8].copy_from_slice(&fill[k]);
+                for (&node, [di, dj, dk]) in hexahedra[element].iter().zip(CORNER_STEPS) {
+                    grid.mesh.nodes[node as usize] = grid.node(i + di, j + dj, k + dk);
+                }
+            }
+        }
+        grid
+    }
+
+    /// The levels along the layer axis.
+    pub fn levels(&self) -> &Levels {
+        &self.levels
     }
 
     fn collect(&mut self, fill: &[Vec<[f64; 8]>]) {

@@ -9,6 +9,7 @@ use super::raster::Camera;
 use super::ticks::{fixed, significant};
 use crate::design::goal::Goal;
 use crate::design::misfit::{Misfit, Target};
+use crate::design::robust::{BAND, deviation};
 use crate::design::search::{Outcome, Ranked, Stop};
 use crate::fabrication::layout::{Cut, tile_layout};
 use crate::fabrication::tiling::{TilingError, TilingOptions};
@@ -18,6 +19,7 @@ use crate::fem::rig::{Bench, PressOutcome, Rig};
 use crate::math::Vec3;
 use crate::math::mandel::Mandel;
 use crate::numerics::cholesky::CholeskyError;
+use nalgebra::DMatrix;
 
 /// What a search came to, with what the report needs to show it.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +34,11 @@ pub struct Replica<'a> {
     pub outcome: &'a Outcome,
     /// Volume of each material of the best layout by palette index \[mm³\].
     pub volumes_mm3: &'a [(usize, f64)],
+    /// What becomes of the best layout's response with what is uncertain of the materials, [`crate::design::robust::Judge::modes`];
+    /// empty where that was not asked.
+    pub modes: &'a [DMatrix<f64>],
+    /// A word to each of the best layouts; may be fewer.
+    pub notes: &'a [String],
 }
 
 /// Why a report cannot be drawn.
@@ -61,7 +68,7 @@ impl Replica<'_> {
             .best
             .iter()
             .enumerate()
-            .map(|(k, r)| self.row(r, Some(k + 1), ""))
+            .map(|(k, r)| self.row(r, Some(k + 1), self.notes.get(k).map_or("", String::as_str)))
             .collect();
         if let Some(uniform) = &self.outcome.best_uniform {
             rows.push(self.row(uniform, None, "best single material"));
@@ -261,11 +268,12 @@ impl Replica<'_> {
             let target: Vec<[f64; 2]> = (0..example.forces_n.len())
                 .filter_map(|f| Some([example.forces_n[f], measured(f)?]))
                 .collect();
-            let band = tolerance_band(example, point);
+            let allowed = tolerance_band(example, point);
             let predicted = press.levels.iter().enumerate().map(|(f, u)| {
                 let sensor = self.rig.presses[curve.index(self.goal)].read(point, u);
                 [example.forces_n[f], sensor.dot(&example.contact.direction)]
             });
+            let band = self.band(&curve, point, press);
             let base = uniform.iter().enumerate().map(|(m, x)| {
                 let record = &self.goal.palette[m].record;
                 let points = example
@@ -278,17 +286,36 @@ impl Replica<'_> {
             let place = example.points[point].place;
             let plot = LinePlot::force_displacement(
                 format!("{}: displacement along the force", example.name),
-                Series::target("target", target).with_band(band),
-                Series::prediction("best layout", from_rest(predicted)),
+                Series::target("target", target).with_band(allowed),
+                Series::prediction("best layout", from_rest(predicted)).with_band(band),
                 base.collect(),
             );
-            let caption = format!(
+            let mut caption = format!(
                 "At the point ({:.0}, {:.0}, {:.0}) mm; dotted: the object made of one base material alone. Target: {}.",
                 place.x, place.y, place.z, example.origin
             );
+            if !self.modes.is_empty() {
+                caption +=
+                    " Shaded: where 90 of 100 objects lie, as far as the fits of their materials can tell.";
+            }
             figures.push(Figure::new(&example.name, plot.svg(), caption));
         }
         figures
+    }
+
+    /// Lower and upper end of the prediction from rest on; none where nothing is uncertain.
+    fn band(&self, curve: &Curve, point: usize, press: &PressOutcome) -> Vec<[f64; 2]> {
+        if self.modes.is_empty() {
+            return Vec::new();
+        }
+        let at = |(force, u): (usize, &Vec<Vec3>)| {
+            let moved = self.rig.presses[curve.index(self.goal)].read(point, u);
+            let x = moved.dot(&curve.example.contact.direction);
+            let half = BAND * deviation(self.modes, &curve.weights(point, force));
+            [x - half, x + half]
+        };
+        let levels = press.levels.iter().enumerate().map(at);
+        std::iter::once([0.0, 0.0]).chain(levels).collect()
     }
 
     fn cut_open(&self, best: &Ranked) -> Result<Figure, ReportError> {
@@ -405,15 +432,20 @@ impl<'a> Curve<'a> {
 
     /// Displacement of a point along the force out of a vector of all components.
     fn along(&self, point: usize, force: usize, components: &[f64]) -> f64 {
+        self.weights(point, force)
+            .iter()
+            .map(|&(i, w)| components[i] * w)
+            .sum()
+    }
+
+    /// The components that make it up, each with its factor.
+    fn weights(&self, point: usize, force: usize) -> Vec<(usize, f64)> {
         let widths: Vec<usize> = self.example.points.iter().map(|p| p.directions.len()).collect();
         let first = self.start + force * widths.iter().sum::<usize>() + widths[..point].iter().sum::<usize>();
-        let p = &self.example.points[point];
-        let direction = &self.example.contact.direction;
-        p.directions
-            .iter()
-            .enumerate()
-            .map(|(i, d)| components[first + i] * d.dot(direction))
-            .sum()
+        let directions = self.example.points[point].directions.iter().enumerate();
+        directions
+            .map(|(i, d)| (first + i, d.dot(&self.example.contact.direction)))
+            .collect()
     }
 }
 

@@ -2,4 +2,5 @@
 
 mod goals;
 mod replicate;
+mod shape;
 mod support;

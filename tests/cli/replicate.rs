@@ -57,7 +57,7 @@ fn exhaustive_search_is_at_least_as_good_and_threads_change_nothing() {
         layout_of_one,
         std::fs::read(folder.path().join("found/layout.toml")).unwrap()
     );
-    let all = replicate(folder.path(), &["--exhaustive"]);
+    let all = replicate(folder.path(), &["--method", "exhaustive"]);
     assert_eq!(all["simulations"], 9);
     assert!(all["rms_mm"].as_f64().unwrap() <= tree["rms_mm"].as_f64().unwrap() + 1e-12);
 }

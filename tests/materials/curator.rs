@@ -1,7 +1,7 @@
 //! What a curator asks: list, show, compare, diff, refit, export, page.
 
 use super::commands::pliant;
-use super::{database, text_of};
+use super::{as_first, database, text_of};
 use pliant::material::check::check;
 use pliant::material::database::Database;
 use pliant::material::difference::Difference;
@@ -38,7 +38,7 @@ fn ids(arguments: &[&str]) -> Vec<String> {
 fn copy() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for id in ["rtv615", "leap-foam"] {
-        let text = text_of(id).replace(&format!("recipe = \"coupons/{id}.toml\"\n"), "");
+        let text = as_first(id).replace(&format!("recipe = \"coupons/{id}.toml\"\n"), "");
         std::fs::write(folder.path().join(format!("{id}.toml")), text).unwrap();
     }
     folder
@@ -323,7 +323,7 @@ fn refit_says_what_is_missing_and_how_far_it_moved() {
     std::fs::copy(Path::new(DATABASE).join(recipe), folder.path().join(recipe)).unwrap();
     std::fs::write(
         folder.path().join("sole-heel-foam.toml"),
-        text_of("sole-heel-foam"),
+        as_first("sole-heel-foam"),
     )
     .unwrap();
     let (code, _, err) = refit(&["sole-heel-foam"]);

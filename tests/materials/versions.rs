@@ -1,7 +1,7 @@
 //! Records never change: other content is another version, and the one before stays as it was.
 
 use super::commands::pliant;
-use super::{database, text_of};
+use super::{as_first, database, text_of};
 use pliant::design::goal::Goal;
 use pliant::material::database::Database;
 use pliant::material::hyperelastic::{Form, Hyperelastic};
@@ -328,7 +328,7 @@ fn add_refuses_what_is_unsound() {
 fn migrate_rewrites_what_is_old() {
     let folder = tempfile::tempdir().unwrap();
     let db = folder.path().to_string_lossy().into_owned();
-    let now = text_of("leap-foam");
+    let now = as_first("leap-foam");
     let old = now.replace(
         "schema = 2\nversion = 1\nrecipe = \"coupons/leap-foam.toml\"\n",
         "schema = 1\nsmell = \"fresh\"\n",

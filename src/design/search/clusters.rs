@@ -25,7 +25,7 @@ const RESTARTS: usize = 10;
 /// Indices of at most `most` nodes that stand for all, ascending. `features`, `(nodes × dimensions)` \[mm\].
 ///
 /// The same features and seed give the same representatives on any number of threads.
-pub fn representatives(features: &[Vec<f64>], most: usize, seed: u64) -> Vec<usize> {
+pub(super) fn representatives(features: &[Vec<f64>], most: usize, seed: u64) -> Vec<usize> {
     let distinct = distinct(features);
     if distinct.len() <= most {
         return distinct;

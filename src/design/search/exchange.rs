@@ -1,0 +1,39 @@
+//! Polishing: one cell at a time takes another material, the best exchange first, until none improves.
+
+use super::by_score;
+use super::memory::{Halt, Memory};
+use crate::design::space::Space;
+use crate::fem::rig::Layout;
+
+/// Polishes the `count` best layouts.
+pub(super) fn polish(memory: &mut Memory, count: usize) -> Result<(), Halt> {
+    let starts = memory.ranked();
+    for (number, start) in starts.iter().take(count).enumerate() {
+        let mut current = start.clone();
+        loop {
+            let near = neighbours(memory.aim.space, &current.layout);
+            memory.simulate(&near, "polishing", [number + 1, count.min(starts.len())])?;
+            let rated = near.iter().filter_map(|layout| memory.get(layout));
+            match rated.map(|entry| &entry.ranked).min_by(|a, b| by_score(a, b)) {
+                Some(better) if better.score_mm < current.score_mm => current = better.clone(),
+                _ => break,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The layouts that differ from `layout` in one cell and may be built.
+pub(super) fn neighbours(space: &Space, layout: &[u8]) -> Vec<Layout> {
+    let mut result = Vec::new();
+    for (cell, allowed) in space.allowed.iter().enumerate() {
+        for &material in allowed.iter().filter(|&&m| m != layout[cell]) {
+            let mut other = layout.to_vec();
+            other[cell] = material;
+            if space.allows(&other) {
+                result.push(other);
+            }
+        }
+    }
+    result
+}
