@@ -16,6 +16,7 @@ pub mod progress;
 pub mod replicate;
 mod replicate_rules;
 mod replicate_shape;
+mod replicate_voxels;
 mod searching;
 pub mod simulate;
 mod simulate_volume;

@@ -314,6 +314,7 @@ fn flat_layers(solid: &Solid, axis: Axis, layers: u16) -> Cells {
         axis,
         style: Style::Flat,
         borders: (0..=layers).map(border).collect(),
+        across: Default::default(),
     };
     Cells::new(vec![whole], None)
 }

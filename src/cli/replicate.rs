@@ -1,16 +1,18 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
-use super::Answer;
 use super::replicate_rules as rules;
 use super::replicate_shape::{Shape, Shaping};
+use super::replicate_voxels;
 use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
+use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
 use crate::design::reach::Reach;
 use crate::design::search::{self, Aim, Basis, Method, Outcome};
 use crate::design::space::Space;
+use crate::design::workbench::Workbench;
 use crate::fabrication::export::ExportMeta;
 use crate::fabrication::layout::{self, export_options, tile_layout};
 use crate::fem::equilibrium;
@@ -19,7 +21,7 @@ use crate::material::database::Database;
 use crate::report::page::{Fact, ReplicatePage};
 use crate::report::replicate::Replica;
 use crate::report::table::layout_table;
-use crate::report::ticks::duration;
+use crate::report::ticks::{duration, significant};
 use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, miette};
 use serde_json::json;
@@ -73,9 +75,6 @@ pub struct Arguments {
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Show which layouts no other beats in both error and mass, and error and cost where the goal names prices
-    #[arg(long)]
-    pareto: bool,
     /// Where every simulated layout is kept, so that a search that was ended goes on where it was [default:
     /// DESIGN/found/simulated.redb]
     #[arg(long, value_name = "FILE")]
@@ -89,6 +88,9 @@ pub struct Arguments {
     /// Rank layouts by the error that is not exceeded with this probability, given how well their materials are known
     #[arg(long, value_name = "Q", num_args = 0..=1, require_equals = true, default_missing_value = "0.9")]
     robust: Option<f64>,
+    /// Show which layouts no other beats in both error and mass, and error and cost where the goal names prices
+    #[arg(long)]
+    pareto: bool,
     /// Write no printer's files
     #[arg(long)]
     no_export: bool,
@@ -114,6 +116,7 @@ impl Way {
         }
     }
 }
+
 /// Layouts that are listed.
 const LISTED: usize = 10;
 
@@ -137,6 +140,10 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
+    if goal.voxels.is_some() {
+        let plain = arguments.method == Way::Anytime && arguments.robust.is_none() && !arguments.thickness;
+        replicate_voxels::check(&goal, plain)?;
+    }
     let shaping = Shaping::asked(arguments.robust, arguments.thickness, arguments.seed, &goal)?;
     introduce(&goal, arguments.json || !team.leads());
     let laws = goal.palette.iter().map(|m| m.law.clone()).collect();
@@ -148,23 +155,60 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         target: &target,
         cost_weight_mm: goal.rules.cost_weight_mm,
     };
-    let options = search_options(arguments, &target, shaping.candidates());
-    let own = || goal.folder().join("found");
-    let found = arguments.found.clone().unwrap_or_else(own);
-    let setting = setting(arguments, solver, &found, began);
+    let options = search::Options {
+        listed: shaping.candidates().max(LISTED),
+        ..search_options(arguments, &target)
+    };
+    let found = arguments
+        .found
+        .clone()
+        .unwrap_or_else(|| goal.folder().join("found"));
+    let setting = Setting {
+        solver,
+        until: arguments.seconds.map(|s| began + Duration::from_secs_f64(s)),
+        journal: (!arguments.no_journal).then(|| {
+            let own = found.join("simulated.redb");
+            arguments.journal.clone().unwrap_or(own)
+        }),
+        quiet: arguments.json,
+    };
+    if !team.leads() && goal.voxels.is_some() {
+        // One layout of voxels is simulated on all threads of one process.
+        return Ok(Answer::Done);
+    }
     if !team.leads() {
-        team.serve(&rig, &setting);
+        // Voxels are searched by one process, whose threads share the examples.
+        if goal.voxels.is_none() {
+            team.serve(&rig, &setting);
+        }
         return Ok(Answer::Done);
     }
     let reach = rules::judge(&goal, &rig, &space, arguments.json);
-    let searching = team.search(&rig, &aim, &options, &setting)?;
+    let searching = match &goal.voxels {
+        Some(rules) => {
+            replicate_voxels::search(&goal, &rig, &aim, rules, &options, arguments.tolerance, &setting)?
+        }
+        None => team.search(&rig, &aim, &options, &setting)?,
+    };
     let mut outcome = searching.outcome.clone();
-    let fronts = rules::fronts(&goal, &rig, &aim, &outcome, arguments.pareto);
     // Of the layers as drawn and the materials as fitted, which the steps below leave.
-    let bound = bound_words(&outcome);
+    let bound = match goal.voxels {
+        Some(_) => "no bound is known for layouts of voxels".to_string(),
+        None => bound_words(&outcome),
+    };
+    let fronts = if arguments.pareto {
+        let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &|_, _| {});
+        rules::fronts(&goal, &aim, &outcome, &mut fine)
+    } else {
+        Vec::new()
+    };
     let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, LISTED)?;
     let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
-        return Err(nothing_stands(&goal, &outcome));
+        return Err(miette!(
+            "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
+            goal.file().display(),
+            outcome.simulations
+        ));
     };
     shape.note(&mut record);
     record.pareto = rules::found_choices(&goal, &fronts);
@@ -180,16 +224,20 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         notes: &shape.notes(),
     };
     let facts = [
-        search_facts(&outcome, &options, arguments, &searching, &bound),
+        search_facts(
+            &outcome,
+            &options,
+            arguments,
+            &searching,
+            &bound,
+            goal.voxels.is_some(),
+        ),
         shape.facts(&goal),
     ];
     let mut page = replica
         .page(facts.concat(), provenance(&goal))
         .into_diagnostic()?;
     page.warnings.extend(shape.warnings(&goal));
-    let weighed = goal.weighed(&rig);
-    let overweight = rules::overweight(&goal, &weighed, &outcome.best[0].layout);
-    page.warnings.extend(overweight);
     page.sections = rules::sections(&goal, &reach, &fronts);
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
@@ -203,7 +251,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         searched: searching.time,
         from_journal: searching.from_journal,
         bound: &bound,
-        space: &weighed,
+        space: &space,
         reach: &reach,
         fronts: &fronts,
     };
@@ -211,38 +259,10 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     Ok(Answer::Done)
 }
 
-fn setting(arguments: &Arguments, solver: equilibrium::Options, found: &Path, began: Instant) -> Setting {
-    Setting {
-        solver,
-        until: arguments.seconds.map(|s| began + Duration::from_secs_f64(s)),
-        journal: (!arguments.no_journal).then(|| {
-            let own = found.join("simulated.redb");
-            arguments.journal.clone().unwrap_or(own)
-        }),
-        quiet: arguments.json,
-    }
-}
-
-fn nothing_stands(goal: &Goal, outcome: &Outcome) -> miette::Report {
-    miette!(
-        "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
-        goal.file().display(),
-        outcome.simulations
-    )
-}
-
-fn use_threads(threads: Option<usize>) -> miette::Result<()> {
-    let Some(threads) = threads else { return Ok(()) };
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build_global()
-        .into_diagnostic()
-}
-
 /// The share of the largest target displacement below which an error is nothing to look further for.
 const GOOD_ENOUGH: f64 = 2e-5;
 
-fn search_options(arguments: &Arguments, target: &Target, candidates: usize) -> search::Options {
+fn search_options(arguments: &Arguments, target: &Target) -> search::Options {
     let method = arguments.method.method();
     let polished = if method == Method::Paper { 0 } else { 3 };
     search::Options {
@@ -252,7 +272,7 @@ fn search_options(arguments: &Arguments, target: &Target, candidates: usize) -> 
         polished: arguments.polish.unwrap_or(polished),
         most_simulations: arguments.simulations,
         good_enough_mm: GOOD_ENOUGH * target.largest_mm(),
-        listed: candidates.max(LISTED),
+        ..search::Options::default()
     }
 }
 
@@ -263,15 +283,23 @@ fn bound_words(outcome: &Outcome) -> String {
         Basis::Enumerated => format!("best possible: {}", bound.basis),
         Basis::Nothing => "no bound: a material alone has no equilibrium under the loads".into(),
         _ => format!(
-            "no layout can be better than {:.4} mm, a gap of {:.4} mm; this {}",
-            bound.score_mm,
-            outcome.gap_mm(),
+            "no layout can be better than {} mm, a gap of {} mm; this {}",
+            significant(bound.score_mm, 3),
+            significant(outcome.gap_mm(), 3),
             match bound.basis {
                 Basis::Broken { .. } | Basis::Learned { .. } => format!("is {}", bound.basis),
                 _ => bound.basis.to_string(),
             }
         ),
     }
+}
+
+fn use_threads(threads: Option<usize>) -> miette::Result<()> {
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .into_diagnostic()
 }
 
 fn introduce(goal: &Goal, quiet: bool) {
@@ -352,8 +380,10 @@ fn search_facts(
     arguments: &Arguments,
     searching: &Searched,
     bound: &str,
+    are_voxels: bool,
 ) -> Vec<Fact> {
     let method = match options.method {
+        _ if are_voxels => "relaxed to mixtures, rounded, materials exchanged".to_string(),
         Method::Exhaustive => "every layout simulated".to_string(),
         Method::Paper => format!(
             "thesis' decision tree, K = {} clusters a level, {} best layouts polished; its culling is not conservative",
@@ -403,11 +433,11 @@ struct Files<'a> {
     export: Option<&'a Path>,
     whole: Duration,
     searched: Duration,
+    from_journal: usize,
+    bound: &'a str,
     space: &'a Space,
     reach: &'a Reach,
     fronts: &'a [rules::Front],
-    from_journal: usize,
-    bound: &'a str,
 }
 
 fn tell(
@@ -426,7 +456,8 @@ fn tell(
             "max_mm": best.misfit.max_mm,
             "largest_target_mm": replica.target.largest_mm(),
             "best_single_material_rms_mm": outcome.best_uniform.as_ref().map(|u| u.misfit.rms_mm),
-            "cells": best.layout.iter().enumerate().map(|(c, &m)| json!({
+            // Thousands of voxels stand in the layout's file.
+            "cells": best.layout.iter().enumerate().filter(|_| replica.goal.voxels.is_none()).map(|(c, &m)| json!({
                 "cell": replica.goal.setup.cells.name(c),
                 "material": replica.goal.palette[m as usize].record.id,
             })).collect::<Vec<_>>(),
@@ -464,7 +495,6 @@ fn tell(
     rows.extend(last);
     say(&layout_table(&rows));
     say(&replica.summary(best));
-    rules::tell_fronts(replica.goal, files.fronts);
     if arguments.method == Way::Paper {
         say("the thesis' culling is not conservative: a better layout may have been passed by");
     }
@@ -472,6 +502,7 @@ fn tell(
     for fact in shape.facts(replica.goal) {
         say(&format!("{}: {}", fact.name, fact.value));
     }
+    rules::tell_fronts(replica.goal, files.fronts);
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }

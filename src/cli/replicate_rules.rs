@@ -9,7 +9,6 @@ use crate::design::pareto::{self, Against, Choice};
 use crate::design::reach::{self, Reach, Scale};
 use crate::design::search::{Aim, Bench, Outcome, Progress};
 use crate::design::space::Space;
-use crate::design::workbench::Workbench;
 use crate::fem::equilibrium::Options;
 use crate::fem::rig::{Layout, Rig};
 use crate::report;
@@ -79,15 +78,9 @@ pub struct Front {
     pub choices: Vec<Choice>,
 }
 
-/// The sets against mass and, where the goal names prices, cost; their layouts are simulated again at the default tolerance.
-/// None if they are not `wanted`.
-pub fn fronts(goal: &Goal, rig: &Rig, aim: &Aim, outcome: &Outcome, wanted: bool) -> Vec<Front> {
-    if !wanted {
-        return Vec::new();
-    }
-    let watch = |_: &Progress, _: usize| {};
-    let mut fine = Workbench::new(rig, Options::default(), stop::flag(), &watch);
-    let (space, target) = (aim.space, aim.target);
+/// The sets against mass and, where the goal names prices, cost; their layouts are simulated again on `fine`.
+pub fn fronts(goal: &Goal, aim: &Aim, outcome: &Outcome, fine: &mut dyn Bench) -> Vec<Front> {
+    let space = aim.space;
     let simulated: Vec<(Layout, Misfit)> = outcome
         .simulated
         .iter()
@@ -112,12 +105,7 @@ pub fn fronts(goal: &Goal, rig: &Rig, aim: &Aim, outcome: &Outcome, wanted: bool
                 .into_iter()
                 .zip(responses)
                 .map(|(layout, response)| {
-                    let response = response?;
-                    let misfit = if response.complete {
-                        target.misfit(&response.displacements)
-                    } else {
-                        Misfit::FAILED
-                    };
+                    let misfit = aim.rate(&layout, &response?).misfit;
                     Some((layout, misfit))
                 })
                 .collect();
@@ -126,19 +114,6 @@ pub fn fronts(goal: &Goal, rig: &Rig, aim: &Aim, outcome: &Outcome, wanted: bool
             Front { against, choices }
         })
         .collect()
-}
-
-/// What must be said of a layout that weighs or costs more than the goal allows, as moved layer borders can make it.
-pub fn overweight(goal: &Goal, weighed: &Space, layout: &[u8]) -> Vec<String> {
-    let currency = goal.rules.currency.as_deref().unwrap_or_default();
-    let over = |what: &str, found: f64, most: f64, unit: &str| {
-        (found > most * (1.0 + 1e-9)).then(|| {
-            format!("The best layout {what} {found:.2} {unit}, more than the goal allows ({most:.2} {unit}).")
-        })
-    };
-    let mass = over("weighs", weighed.mass_g(layout), goal.rules.most_mass_g, "g");
-    let cost = over("costs", weighed.cost(layout), goal.rules.most_cost, currency);
-    mass.into_iter().chain(cost).collect()
 }
 
 /// The rows of `layout.toml`.

@@ -81,7 +81,7 @@ fn is_layout(file: &Path) -> bool {
     let table = std::fs::read_to_string(file)
         .ok()
         .and_then(|text| text.parse::<toml::Table>().ok());
-    table.is_some_and(|t| t.contains_key("goal") && t.contains_key("cell"))
+    table.is_some_and(|t| t.contains_key("goal") && (t.contains_key("cell") || t.contains_key("voxels")))
 }
 
 fn scene(arguments: &Arguments) -> miette::Result<Answer> {

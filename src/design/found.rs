@@ -6,6 +6,7 @@ use super::pareto::Against;
 use super::search::{Bound, Options, Outcome, Stop};
 use crate::fem::planes::Planes;
 use crate::fem::rig::Layout;
+use crate::geometry::cells::{Cells, LayeredRegion};
 use crate::units::whole_file::replace_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -33,8 +34,12 @@ pub struct Found {
     pub search: FoundSearch,
     /// The materials that the layout uses.
     pub material: Vec<FoundMaterial>,
-    /// The cells.
+    /// The cells of regions in layers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cell: Vec<FoundCell>,
+    /// The cells of regions in voxels or columns.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub voxels: Vec<FoundVoxels>,
     /// Where layer borders were moved to; absent where they were not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<FoundThickness>,
@@ -113,6 +118,57 @@ pub struct FoundCell {
     pub name: String,
     /// Id of its material.
     pub material: String,
+}
+
+/// `[[voxels]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundVoxels {
+    /// Name of the region.
+    pub region: String,
+    /// How many along x, y and z.
+    pub counts: [usize; 3],
+    /// One text for each step along z, from below: rows along y, the lowest first, with a blank between them; in a row one
+    /// character for each voxel along x, the number of its `[[material]]` out of 0–9, a–z, A–Z, + and /.
+    pub slices: Vec<String>,
+}
+
+/// The numbers of materials, one character each.
+const DIGITS: &[u8; 64] = b"0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ+/";
+
+impl FoundVoxels {
+    /// `own` holds the materials of the region's cells, as numbers among the layout's materials.
+    fn new(region: &LayeredRegion, own: &[usize]) -> FoundVoxels {
+        let [nx, ny, nz] = region.counts();
+        let digit = |x, y, z| DIGITS[own[region.number([x, y, z])] % DIGITS.len()] as char;
+        let row = |y, z| (0..nx).map(|x| digit(x, y, z)).collect::<String>();
+        let slice = |z| (0..ny).map(|y| row(y, z)).collect::<Vec<_>>().join(" ");
+        FoundVoxels {
+            region: region.name.clone(),
+            counts: region.counts(),
+            slices: (0..nz).map(slice).collect(),
+        }
+    }
+
+    /// The numbers of the cells' materials, in the region's order; `None` where texts and counts differ.
+    fn numbers(&self, region: &LayeredRegion) -> Option<Vec<usize>> {
+        let [nx, ny, nz] = region.counts();
+        let mut numbers = vec![usize::MAX; region.count()];
+        if self.region != region.name || self.counts != region.counts() || self.slices.len() != nz {
+            return None;
+        }
+        for (z, slice) in self.slices.iter().enumerate() {
+            let rows: Vec<&str> = slice.split(' ').collect();
+            if rows.len() != ny || rows.iter().any(|row| row.len() != nx) {
+                return None;
+            }
+            for (y, row) in rows.iter().enumerate() {
+                for (x, c) in row.bytes().enumerate() {
+                    numbers[region.number([x, y, z])] = DIGITS.iter().position(|&d| d == c)?;
+                }
+            }
+        }
+        Some(numbers)
+    }
 }
 
 /// `[[runner_up]]`.
@@ -227,15 +283,22 @@ impl Found {
                 }
             })
             .collect();
-        let cell = best
-            .layout
-            .iter()
-            .enumerate()
-            .map(|(c, &m)| FoundCell {
-                name: goal.setup.cells.name(c),
-                material: id(m),
-            })
-            .collect();
+        let mut cell = Vec::new();
+        let mut voxels = Vec::new();
+        let cells = &goal.setup.cells;
+        for (region, &first) in cells.regions().iter().zip(cells.first_cells()) {
+            let own = first..first + region.count();
+            if region.is_voxels() {
+                let number = |&m: &u8| used.iter().position(|&u| u == m).unwrap_or(0);
+                let numbers: Vec<usize> = best.layout[own].iter().map(number).collect();
+                voxels.push(FoundVoxels::new(region, &numbers));
+            } else {
+                cell.extend(own.map(|c| FoundCell {
+                    name: cells.name(c),
+                    material: id(best.layout[c]),
+                }));
+            }
+        }
         let runner_up = outcome.best[1..]
             .iter()
             .map(|r| FoundLayout {
@@ -275,6 +338,7 @@ impl Found {
             },
             material,
             cell,
+            voxels,
             thickness: None,
             runner_up,
             pareto: Vec::new(),
@@ -360,18 +424,13 @@ impl Found {
                 goal.file().display()
             )));
         }
-        if self.cell.len() != goal.setup.cells.count() {
-            return Err(stale(format!(
-                "it has {} cells and the goal {}",
-                self.cell.len(),
-                goal.setup.cells.count()
-            )));
-        }
         let place = |id: &str| goal.palette.iter().position(|m| m.record.id == id);
-        let layout = self
-            .cell
-            .iter()
-            .map(|c| place(&c.material).map(|m| m as u8))
+        let ids = self
+            .materials_of_cells(&goal.setup.cells)
+            .ok_or_else(|| stale("its cells are not those of the goal".into()))?;
+        let layout = ids
+            .into_iter()
+            .map(|id| place(id).map(|m| m as u8))
             .collect::<Option<Layout>>()
             .ok_or_else(|| stale("it uses a material that the goal's palette does not hold".into()))?;
         Ok((
@@ -381,6 +440,27 @@ impl Found {
                 max_mm: self.error.max_mm,
             },
         ))
+    }
+}
+
+impl Found {
+    /// Ids of the materials of all cells, in order; `None` if these are not the cells of the record.
+    fn materials_of_cells(&self, cells: &Cells) -> Option<Vec<&str>> {
+        let mut ids = Vec::with_capacity(cells.count());
+        let mut layers = self.cell.iter();
+        let mut voxels = self.voxels.iter();
+        for region in cells.regions() {
+            if region.is_voxels() {
+                for number in voxels.next()?.numbers(region)? {
+                    ids.push(self.material.get(number)?.id.as_str());
+                }
+            } else {
+                for _ in 0..region.count() {
+                    ids.push(layers.next()?.material.as_str());
+                }
+            }
+        }
+        (layers.next().is_none() && voxels.next().is_none()).then_some(ids)
     }
 }
 

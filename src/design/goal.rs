@@ -4,9 +4,11 @@
 use super::goal_text::{GoalText, PaletteText};
 use super::rules::Rules;
 use super::rules_text::read_rules;
+use super::voxels::rules::{VoxelRules, VoxelsText, read_voxel_rules};
 use crate::fem::example_text::read_examples;
 use crate::fem::regions::read_cells;
-use crate::fem::setup::{self, Setup};
+use crate::fem::setup::{self, Object, Setup};
+use crate::geometry::cells::Cells;
 use crate::material::database::Database;
 use crate::material::law::Law;
 use crate::material::record::MaterialRecord;
@@ -32,10 +34,12 @@ pub struct Goal {
     pub palette: Vec<BaseMaterial>,
     /// At most how many of them in one layout.
     pub most_materials: usize,
-    /// What may touch what, lie on the surface, and what the whole may weigh and cost.
-    pub rules: Rules,
+    /// What ties cells together, where a region is cut into voxels.
+    pub voxels: Option<VoxelRules>,
     /// The thinnest layer that may be made \[mm\], if the goal says so.
     pub least_layer_mm: Option<f64>,
+    /// What may touch what, lie on the surface, and what the whole may weigh and cost.
+    pub rules: Rules,
 }
 
 /// A material of the palette with its law.
@@ -97,8 +101,9 @@ impl Goal {
             goal.palette.least_layer.as_ref(),
             &object,
         )?;
-        let element_size_mm = goal.object.element_size_mm(&document, &object)?;
+        let element_size_mm = cells.element_size_mm(goal.object.element_size_mm(&document, &object)?);
         let examples = read_examples(&document, &goal.example)?;
+        let voxels = voxel_rules(&document, goal.voxels.as_ref(), &cells, &object, &palette)?;
         let least = goal.palette.least_layer.as_ref();
         let least_layer_mm = least.map(|l| setup::positive_length(&document, l)).transpose()?;
         let setup = Setup {
@@ -114,8 +119,9 @@ impl Goal {
             setup,
             palette,
             most_materials,
-            rules,
+            voxels,
             least_layer_mm,
+            rules,
         })
     }
 
@@ -127,6 +133,25 @@ impl Goal {
     /// The folder of the goal's file.
     pub fn folder(&self) -> &Path {
         self.file().parent().unwrap_or(Path::new(""))
+    }
+}
+
+/// The rules of `[voxels]`; none where no region is cut into voxels.
+fn voxel_rules(
+    document: &Document,
+    text: Option<&Spanned<VoxelsText>>,
+    cells: &Cells,
+    object: &Object,
+    palette: &[BaseMaterial],
+) -> Result<Option<VoxelRules>, Mistake> {
+    let ids: Vec<&str> = palette.iter().map(|m| m.record.id.as_str()).collect();
+    match text {
+        Some(text) if !cells.has_voxels() => {
+            let message = "found [voxels] where no [[region]] has voxels or columns, expected one that does";
+            Err(document.mistake(&text.span(), message))
+        }
+        Some(text) => read_voxel_rules(document, text.get_ref(), cells, &object.solid, &ids).map(Some),
+        None => Ok(cells.has_voxels().then(|| VoxelRules::free(cells.count()))),
     }
 }
 

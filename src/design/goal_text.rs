@@ -1,6 +1,7 @@
 //! `goal.toml` as people write it. `docs/formats.md` explains every key; [`super::goal`] checks the values.
 
 use super::rules_text::{Ids, PriceText, SurfaceText};
+use super::voxels::rules::VoxelsText;
 use crate::fem::example_text::ExampleText;
 use crate::fem::regions::RegionText;
 use crate::fem::setup::{FixedText, ObjectText};
@@ -21,6 +22,8 @@ pub struct GoalText {
     pub fixed: Vec<FixedText>,
     /// Its regions, the first that contains a point takes it.
     pub region: Spanned<Vec<RegionText>>,
+    /// What ties voxels together.
+    pub voxels: Option<Spanned<VoxelsText>>,
     /// The base materials.
     pub palette: PaletteText,
     /// The force–displacement examples.

@@ -2,11 +2,12 @@
 //! section 8.4).
 //!
 //! Rooms: [`goal`] (what the user asks for) and [`goal_text`] (the file as written), [`misfit`] (how far displacements are
-//! from the target), [`rules_text`] and [`rules`] (what may be built, as a goal says it), [`space`] (the layouts that
-//! keep these rules), [`reach`] (is the goal within the palette's reach?), [`search`] (three ways through the
-//! space), [`pareto`] (error against mass and cost), [`workbench`] (layouts simulated in parallel), [`journal`] (all of
-//! them kept on disk), `processes` (many of them together, with the feature `mpi`), [`thickness`] (layer borders that
-//! move), [`robust`] (what is not known of the materials), [`found`] (what a search leaves on disk).
+//! from the target), [`space`] (the layouts that may be built), [`rules_text`] and [`rules`] (from a
+//! goal's rules to them), [`pareto`] (error against mass and cost), [`reach`] (is the goal
+//! within the palette's reach?), [`search`] (three ways through them), [`workbench`] (layouts
+//! simulated in parallel), [`journal`] (all of them kept on disk), `processes` (many of them
+//! together, with the feature `mpi`), [`voxels`] (layouts of thousands of cells), [`thickness`] (layer borders that move), [`robust`] (what is not known
+//! of the materials), [`found`] (what a search leaves on disk).
 
 pub mod found;
 pub mod goal;
@@ -23,4 +24,5 @@ pub mod rules_text;
 pub mod search;
 pub mod space;
 pub mod thickness;
+pub mod voxels;
 pub mod workbench;

@@ -2,11 +2,11 @@
 //! bring it.
 //!
 //! ```text
-//! min_s ½ |r(s)|²,   r_i = (x_i(s) − x̄_i) / √n,   |r|² = RMS²         s_{k+1} − s_k ≥ d_k
+//! min_s ½ |r(s)|²,   r_i = e_i(s) / √n,   |r|² = RMS²         s_{k+1} − s_k ≥ d_k
 //! ```
 //!
-//! s_k is the place of plane k ([`crate::fem::planes`]), x(s) the response with its layers there, x̄ the target, n the pairs of a
-//! point and a force, d_k the least thickness of the slab between two planes. Between two planes that stay, the slabs'
+//! s_k is the place of plane k ([`crate::fem::planes`]), e(s) the error x(s) − x̄ of the response with its layers there, beyond the
+//! tolerances ([`super::misfit::Target::excess`]), n the pairs of a point and a force, d_k the least thickness of the slab between two planes. Between two planes that stay, the slabs'
 //! thicknesses but one are the unknowns of a Levenberg–Marquardt minimisation within bounds; the one left out takes the rest.
 //! It is the thickest, and is chosen anew where it runs into its own bound. dx/ds is exact at each level's equilibrium
 //! ([`crate::fem::rig_sensitivity`]): a step costs one simulation and its derivatives.
@@ -454,14 +454,8 @@ impl Problem for Bending<'_> {
             return None;
         }
         let scale = self.scale();
-        let both = responded
-            .response
-            .displacements
-            .iter()
-            .zip(&self.target.components);
-        let residual = both
-            .map(|(x, target)| target.map_or(0.0, |t| scale * (x - t)))
-            .collect();
+        let excess = self.target.excess(&responded.response.displacements);
+        let residual = excess.iter().map(|e| scale * e).collect();
         self.last = Some((setup, rig, responded));
         Some(residual)
     }
@@ -476,16 +470,46 @@ impl Problem for Bending<'_> {
             .derivatives_by_planes(self.layout, &nudged, responded)
             .ok()?;
         let mut jacobian = by_planes * self.slabs.slopes(self.chains, &moving) * self.scale();
-        for (mut row, target) in jacobian.row_iter_mut().zip(&self.target.components) {
-            if target.is_none() {
-                row.fill(0.0);
-            }
-        }
+        to_excess(self.target, &responded.response.displacements, &mut jacobian);
         Some(jacobian)
     }
 
     fn goes_on(&mut self, _news: &News) -> bool {
         !self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Turns derivatives of displacements, `(components × n)`, into those of [`Target::excess`] at `displacements`.
+///
+/// With d = (x − x̄)/L of a pair and τ its tolerance, e = (L − τ) d and ∂e/∂x = (1 − τ/L) I + τ/L d dᵀ beyond it, zero within.
+fn to_excess(target: &Target, displacements: &[f64], derivatives: &mut DMatrix<f64>) {
+    for (pair, &tolerance) in target.pairs.windows(2).zip(&target.tolerances_mm) {
+        let errors: Vec<Option<f64>> = (pair[0]..pair[1])
+            .map(|i| target.components[i].map(|t| displacements[i] - t))
+            .collect();
+        let length = errors.iter().flatten().map(|e| e * e).sum::<f64>().sqrt();
+        // Without a tolerance the excess is the error itself, where that is zero too.
+        let (own, along) = match () {
+            () if tolerance == 0.0 => (1.0, 0.0),
+            () if length > tolerance => (1.0 - tolerance / length, tolerance / length),
+            () => (0.0, 0.0),
+        };
+        for column in 0..derivatives.ncols() {
+            let projected: f64 = match along > 0.0 {
+                true => (errors.iter().enumerate())
+                    .map(|(k, e)| e.unwrap_or(0.0) / length * derivatives[(pair[0] + k, column)])
+                    .sum(),
+                false => 0.0,
+            };
+            for (k, error) in errors.iter().enumerate() {
+                let entry = &mut derivatives[(pair[0] + k, column)];
+                *entry = match error {
+                    Some(error) if along > 0.0 => own * *entry + along * projected * error / length,
+                    Some(_) => own * *entry,
+                    None => 0.0,
+                };
+            }
+        }
     }
 }
 

@@ -215,6 +215,23 @@ fn hidden_layers_of_unequal_thickness_are_found_again() {
     assert!(found[0].thinnest.is_empty());
     // Another layout gains too, and cannot be as good.
     assert!(found[1].after.rms_mm <= found[1].before.rms_mm && found[1].after.rms_mm > 1e-3);
+    // Within a tolerance there is nothing to gain.
+    let mut tolerant = target.clone();
+    tolerant.tolerances_mm.fill(1e3);
+    let kept = refine(
+        &rig,
+        &goal.setup,
+        &tolerant,
+        std::slice::from_ref(&layout),
+        &options,
+        &go,
+    )
+    .unwrap();
+    assert_eq!(kept[0].after.rms_mm, 0.0);
+    assert_eq!(
+        kept[0].cells.regions()[0].borders,
+        goal.setup.cells.regions()[0].borders
+    );
     // A stop keeps the borders as they were.
     go.store(true, Ordering::Relaxed);
     let kept = refine(&rig, &goal.setup, &target, &[layout], &options, &go).unwrap();
@@ -265,4 +282,39 @@ fn layers_stop_at_their_least_thickness() {
         refine(&rig, &goal.setup, &target, &[], &thick, &go),
         Err(ThicknessError::NoBorders { .. })
     ));
+}
+
+/// Against differences of the excess itself: pairs beyond their tolerance, within it, without one, and one not measured whole.
+#[test]
+fn derivatives_of_the_excess_are_those_of_its_differences() {
+    let target = Target {
+        components: vec![
+            Some(0.5),
+            Some(-0.2),
+            Some(0.1),
+            Some(1.0),
+            Some(0.0),
+            Some(0.3),
+            Some(0.3),
+            None,
+        ],
+        pairs: vec![0, 3, 4, 6, 8],
+        tolerances_mm: vec![0.2, 0.5, 0.0, 0.1],
+    };
+    let x = [0.9, 0.1, -0.4, 1.2, 0.1, 0.2, 0.9, 7.0];
+    let mut found = DMatrix::identity(8, 8);
+    to_excess(&target, &x, &mut found);
+    for column in 0..8 {
+        let at = |shift: f64| {
+            let mut moved = x;
+            moved[column] += shift;
+            target.excess(&moved)
+        };
+        let (above, below) = (at(1e-5), at(-1e-5));
+        for row in 0..8 {
+            let expected = (above[row] - below[row]) / 2e-5;
+            assert!((found[(row, column)] - expected).abs() < 1e-8, "{row} {column}");
+        }
+    }
+    assert!(found.amax() > 0.5);
 }

@@ -47,7 +47,7 @@ pub fn tile_layout(
     )
 }
 
-/// How finely to tile: by the thinnest layer, checked against the object's own volume.
+/// How finely to tile: by the narrowest cell, checked against the object's own volume.
 pub fn export_options(goal: &Goal) -> TilingOptions {
     let solid = &goal.setup.object.solid;
     let thinnest = goal
@@ -55,7 +55,7 @@ pub fn export_options(goal: &Goal) -> TilingOptions {
         .cells
         .regions()
         .iter()
-        .map(|r| goal.setup.cells.thinnest_layer(r, solid))
+        .map(|r| goal.setup.cells.narrowest(r, solid))
         .fold(f64::INFINITY, f64::min);
     TilingOptions {
         thinnest_mm: (thinnest.is_finite() && thinnest > 0.0).then_some(thinnest),

@@ -273,6 +273,35 @@ impl<const N: usize> Block<N> {
             .collect();
     }
 
+    /// Elements of this block again, each as often as `copies` name it, with their points' volumes times a factor. Only
+    /// where each element is a cluster and fills a batch.
+    pub(super) fn copied(&self, copies: &[(usize, f64)]) -> Block<N> {
+        let per = self.points_per_element;
+        let mut result = Block {
+            nodes: copies.iter().map(|&(e, _)| self.nodes[e]).collect(),
+            points: Vec::with_capacity(copies.len() * per),
+            points_per_element: per,
+            volumetric: self.volumetric,
+            patches: None,
+            batches: Vec::with_capacity(copies.len()),
+        };
+        for &(e, factor) in copies {
+            let first = result.points.len() as u32;
+            let own = self.points[e * per..(e + 1) * per].iter().cloned();
+            result.points.extend(own.map(|p| IntegrationPoint {
+                weight: p.weight * factor,
+                ..p
+            }));
+            let mut batch = self.batches[e].clone();
+            for l in 0..per {
+                batch.points[l] = first + l as u32;
+                batch.weight[l] *= factor;
+            }
+            result.batches.push(batch);
+        }
+        result
+    }
+
     /// Number of clusters.
     #[inline]
     pub fn clusters(&self) -> usize {

@@ -202,7 +202,7 @@ pub(super) fn add_nodal_forces<const N: usize>(
 
 /// P g in all lanes.
 #[inline(always)]
-fn products(piola: &Matrices, g: &[Lanes; 3]) -> [Lanes; 3] {
+pub(super) fn products(piola: &Matrices, g: &[Lanes; 3]) -> [Lanes; 3] {
     let mut result = [ZERO; 3];
     for (row, out) in piola.iter().zip(result.iter_mut()) {
         for (p, g) in row.iter().zip(g) {

@@ -13,6 +13,7 @@
 //! | [`setup`], [`regions`] | objects, supports and regions as people write them |
 //! | [`planes`] | layer borders in the levels of a grid |
 //! | [`rig`], [`rig_sensitivity`] | an object on the test bench: materials by cell in, displacements out; their derivatives by layer borders and by what is uncertain of the materials |
+//! | [`mixture`] | the same bench for cells that hold shares of several materials, with derivatives by the shares |
 //! | [`scene`], [`scene_text`], [`scene_materials`] | an object with its materials and what is done to it |
 //! | [`stage`], [`scene_record`] | a scene's load cases, simulated; what that leaves behind |
 //! | [`volume_scene`] | all of that on a mesh from elsewhere |
@@ -27,6 +28,7 @@ pub mod example_text;
 pub mod forces;
 pub mod load_curve;
 pub mod measurement_set;
+pub mod mixture;
 pub mod model;
 mod newton;
 pub mod patches;

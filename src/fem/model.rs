@@ -156,6 +156,42 @@ impl Model {
         })
     }
 
+    /// The same unknowns and the same matrix with other elements: those of `copies`, an element and a factor on its volume,
+    /// over one another. `None` where elements are not hexahedra of eight points.
+    pub(super) fn overlaid(&self, copies: &[(usize, f64)]) -> Option<Model> {
+        let (Discretisation::Eight(block), Elements::Hexahedra(_)) = (&self.parts, &self.mesh.elements)
+        else {
+            return None;
+        };
+        let block = block.copied(copies);
+        let mut scatter = Vec::new();
+        let mut scatter_starts = vec![0];
+        let mut fill = self.fill.as_ref().map(|_| Vec::new());
+        for &(e, _) in copies {
+            let own = self.scatter_starts[e]..self.scatter_starts[e + 1];
+            scatter.extend_from_slice(&self.scatter[own]);
+            scatter_starts.push(scatter.len());
+            if let (Some(fill), Some(all)) = (&mut fill, &self.fill) {
+                let per = block.points_per_element;
+                fill.extend_from_slice(&all[e * per..(e + 1) * per]);
+            }
+        }
+        Some(Model {
+            mesh: VolumeMesh {
+                nodes: self.mesh.nodes.clone(),
+                elements: Elements::Hexahedra(block.nodes.clone()),
+            },
+            parts: Discretisation::Eight(block),
+            fill,
+            constrained: self.constrained.clone(),
+            unknown_of: self.unknown_of.clone(),
+            unknowns: self.unknowns,
+            symbolic: self.symbolic.clone(),
+            scatter,
+            scatter_starts,
+        })
+    }
+
     /// The same elements, numbering and analysis of the matrix with the nodes elsewhere and other fills.
     ///
     /// # Errors

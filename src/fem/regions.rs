@@ -12,7 +12,11 @@ use serde::Deserialize;
 use toml::Spanned;
 
 /// More cells than this make no sense for layers.
-const MOST_CELLS: usize = 256;
+const MOST_LAYERS: usize = 256;
+/// More cells than this are not searched, with voxels; cells are numbered by 16 bits.
+const MOST_CELLS: usize = 50_000;
+/// Most voxels along one axis.
+const MOST_ALONG: usize = 256;
 
 /// `[[region]]`.
 #[derive(Clone, Debug, Deserialize)]
@@ -27,7 +31,11 @@ pub struct RegionText {
     /// File of a closed surface.
     pub mesh: Option<Spanned<String>>,
     /// How many layers.
-    pub layers: Spanned<usize>,
+    pub layers: Option<Spanned<usize>>,
+    /// How many cells along x, y and z.
+    pub voxels: Option<Spanned<[usize; 3]>>,
+    /// How many cells along the two axes across `along`, in the order of x, y, z.
+    pub columns: Option<Spanned<[usize; 2]>>,
     /// The axis that the layers are stacked along; z if absent.
     pub along: Option<Axis>,
     /// How the layers are cut; "flat" if absent.
@@ -78,11 +86,13 @@ pub fn read_cells(
         layered.push(layered_region(document, text, object)?);
     }
     let cells = Cells::new(layered, heights);
-    if cells.count() > MOST_CELLS {
-        let message = format!(
-            "found {} cells in all, expected at most {MOST_CELLS}",
-            cells.count()
-        );
+    let most = if cells.has_voxels() {
+        MOST_CELLS
+    } else {
+        MOST_LAYERS
+    };
+    if cells.count() > most {
+        let message = format!("found {} cells in all, expected at most {most}", cells.count());
         return Err(document.mistake(&span, message));
     }
     check_cover(document, &span, &cells, &object.solid)?;
@@ -107,31 +117,106 @@ fn along(text: &RegionText) -> Axis {
 }
 
 fn layered_region(document: &Document, text: &RegionText, object: &Object) -> Result<LayeredRegion, Mistake> {
-    let layers = *text.layers.get_ref();
-    if !(1..=64).contains(&layers) {
-        let message = format!("found {layers} layers, expected 1 to 64");
-        return Err(document.mistake(&text.layers.span(), message));
-    }
-    let region = text.shape().read(document, object.unit)?;
     let axis = along(text);
-    let [from, to] = match style(text) {
-        Style::Follow => [0.0, 1.0],
-        Style::Flat => extent(&region, axis, &object.solid),
+    let (counts, span) = counts(document, text, axis)?;
+    let region = text.shape().read(document, object.unit)?;
+    let ends = |axis: Axis| match style(text) {
+        Style::Follow if axis == along(text) => [0.0, 1.0],
+        _ => extent(&region, axis, &object.solid),
     };
-    if to <= from {
-        let message = format!("region {:?} does not meet the object", text.name);
-        return Err(document.mistake(&text.layers.span(), message));
+    let (a, b) = axis.others();
+    let mut borders = [(); 3].map(|()| Vec::new());
+    for (c, own) in [Axis::X, Axis::Y, Axis::Z].into_iter().enumerate() {
+        if text.layers.is_some() && own != axis {
+            continue;
+        }
+        let [from, to] = ends(own);
+        if to <= from {
+            let message = format!("region {:?} does not meet the object", text.name);
+            return Err(document.mistake(&span, message));
+        }
+        borders[c] = (0..=counts[c])
+            .map(|k| from + (to - from) * k as f64 / counts[c] as f64)
+            .collect();
     }
-    let borders = (0..=layers)
-        .map(|k| from + (to - from) * k as f64 / layers as f64)
-        .collect();
+    let across = match text.layers {
+        Some(_) => Default::default(),
+        None => [a, b].map(|c| std::mem::take(&mut borders[c])),
+    };
     Ok(LayeredRegion {
         name: text.name.clone(),
         region,
         axis,
         style: style(text),
-        borders,
+        borders: std::mem::take(&mut borders[axis.index()]),
+        across,
     })
+}
+
+/// How many cells a region has along x, y and z, and where that is written.
+fn counts(
+    document: &Document,
+    text: &RegionText,
+    axis: Axis,
+) -> Result<([usize; 3], std::ops::Range<usize>), Mistake> {
+    let mut counts = [1; 3];
+    match (&text.layers, &text.voxels, &text.columns) {
+        (Some(layers), None, None) => {
+            let (span, layers) = (layers.span(), *layers.get_ref());
+            if !(1..=64).contains(&layers) {
+                let message = format!("found {layers} layers, expected 1 to 64");
+                return Err(document.mistake(&span, message));
+            }
+            counts[axis.index()] = layers;
+            Ok((counts, span))
+        }
+        (None, Some(voxels), None) => {
+            check_counts(document, voxels.get_ref(), &voxels.span(), "voxels")?;
+            Ok((*voxels.get_ref(), voxels.span()))
+        }
+        (None, None, Some(columns)) => {
+            check_counts(document, columns.get_ref(), &columns.span(), "columns")?;
+            let across = (0..3).filter(|&c| c != axis.index());
+            for (c, n) in across.zip(columns.get_ref()) {
+                counts[c] = *n;
+            }
+            Ok((counts, columns.span()))
+        }
+        (None, None, None) => {
+            let message = format!(
+                "region {:?} is not cut into cells, expected layers = 4, columns = [20, 16] or voxels = [20, 16, 10]",
+                text.name
+            );
+            Err(document.mistake(&(0..0), message))
+        }
+        (layers, voxels, columns) => {
+            let spans = [
+                columns.as_ref().map(Spanned::span),
+                voxels.as_ref().map(Spanned::span),
+                layers.as_ref().map(Spanned::span),
+            ];
+            let message = format!(
+                "region {:?} is cut in two ways, expected one of layers, columns, voxels",
+                text.name
+            );
+            Err(document.mistake(&spans.into_iter().flatten().next().unwrap_or(0..0), message))
+        }
+    }
+}
+
+fn check_counts(
+    document: &Document,
+    counts: &[usize],
+    span: &std::ops::Range<usize>,
+    key: &str,
+) -> Result<(), Mistake> {
+    if counts.iter().all(|n| (1..=MOST_ALONG).contains(n)) && counts.iter().product::<usize>() <= MOST_CELLS {
+        return Ok(());
+    }
+    let message = format!(
+        "found {key} = {counts:?}, expected 1 to {MOST_ALONG} along each axis and at most {MOST_CELLS} in all"
+    );
+    Err(document.mistake(span, message))
 }
 
 /// Where a region begins and ends inside the object along `axis`.
@@ -209,13 +294,19 @@ fn check_layers(
     for (region, text) in cells.regions().iter().zip(texts) {
         let thinnest = cells.thinnest_layer(region, solid);
         if thinnest < least_mm {
-            let layers = *text.layers.get_ref() as f64;
+            let layers = region.layers() as f64;
+            let spans = [
+                text.layers.as_ref().map(Spanned::span),
+                text.voxels.as_ref().map(Spanned::span),
+                text.columns.as_ref().map(Spanned::span),
+            ];
+            let span = spans.into_iter().flatten().next().unwrap_or(0..0);
             let message = format!(
                 "{layers} layers in region {:?} are {thinnest:.2} mm thin, expected at least {least_mm} mm (least_layer): use at most {:.0}",
                 text.name,
                 (thinnest * layers / least_mm).floor().max(1.0)
             );
-            return Err(document.mistake(&text.layers.span(), message));
+            return Err(document.mistake(&span, message));
         }
     }
     Ok(())

@@ -213,22 +213,7 @@ impl Bench<'_> {
                 .solver
                 .curve(&materials, &press.load, &press.factors, options, cancelled);
             response.complete &= curve.stop == Stop::Converged;
-            let reached = curve.levels.len();
-            let read = |u: &[Vec3]| -> Vec<f64> {
-                press
-                    .sensors
-                    .iter()
-                    .flat_map(|(s, along)| {
-                        let moved = s.read(u);
-                        along.iter().map(move |d| moved.dot(d)).collect::<Vec<f64>>()
-                    })
-                    .collect()
-            };
-            let mut series: Vec<Vec<f64>> = curve.levels.iter().map(|u| read(u)).collect();
-            for level in reached..press.factors.len() {
-                series.push(continued(&series, &press.factors, level, press.components()));
-            }
-            response.displacements.extend(series.into_iter().flatten());
+            response.displacements.extend(press.series(&curve.levels));
             keep(curve.levels);
         }
         response
@@ -293,8 +278,28 @@ impl Press {
         self.sensors[index].0.read(u)
     }
 
-    fn components(&self) -> usize {
+    /// Number of displacement components at one level.
+    pub fn components(&self) -> usize {
         self.sensors.iter().map(|(_, along)| along.len()).sum()
+    }
+
+    /// All components at all levels, of the displacements at the `levels` that were reached, each `(nodes)` \[mm\]; beyond
+    /// them the last increment goes on.
+    pub(super) fn series(&self, levels: &[Vec<Vec3>]) -> Vec<f64> {
+        let read = |u: &Vec<Vec3>| -> Vec<f64> {
+            self.sensors
+                .iter()
+                .flat_map(|(s, along)| {
+                    let moved = s.read(u);
+                    along.iter().map(move |d| moved.dot(d)).collect::<Vec<f64>>()
+                })
+                .collect()
+        };
+        let mut series: Vec<Vec<f64>> = levels.iter().map(read).collect();
+        for level in levels.len()..self.factors.len() {
+            series.push(continued(&series, &self.factors, level, self.components()));
+        }
+        series.into_iter().flatten().collect()
     }
 }
 
@@ -422,6 +427,12 @@ fn lines_along(cells: &Cells, component: usize) -> Vec<f64> {
     for region in cells.regions() {
         if region.axis.index() == component {
             lines.extend(&region.borders);
+        }
+        let (a, b) = region.axis.others();
+        for (own, borders) in [a, b].into_iter().zip(&region.across) {
+            if own == component {
+                lines.extend(borders);
+            }
         }
         if let Region::Box { min, max } = &region.region {
             lines.extend([min[component], max[component]]);

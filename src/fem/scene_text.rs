@@ -101,7 +101,9 @@ impl SceneRegionText {
             box_mm: self.box_mm.clone(),
             cylinder: self.cylinder.clone(),
             mesh: self.mesh.clone(),
-            layers: Spanned::new(span, layers),
+            layers: Some(Spanned::new(span, layers)),
+            voxels: None,
+            columns: None,
             along: self.along,
             style: self.style.clone(),
         }

@@ -184,7 +184,7 @@ impl Solver<'_> {
         Ok(derivatives)
     }
 
-    fn tangent_at(&mut self, u: &[Vec3], materials: &Materials) -> Result<(), SensitivityError> {
+    pub(super) fn tangent_at(&mut self, u: &[Vec3], materials: &Materials) -> Result<(), SensitivityError> {
         if self.factorise_tangent(u, materials) {
             // Newton makes up for what an iterative solver leaves; here nothing would.
             self.newton.iter_mut().for_each(|n| n.set_tolerance(TOLERANCE));

@@ -79,19 +79,29 @@ impl Replica<'_> {
     fn row(&self, ranked: &Ranked, rank: Option<usize>, note: &str) -> LayoutRow {
         let Misfit { rms_mm, max_mm } = ranked.misfit;
         let largest = self.target.largest_mm();
-        let cells = ranked.layout.iter().enumerate().map(|(cell, &m)| {
+        let choice = |cell: String, m: u8| {
             let record = &self.goal.palette[m as usize].record;
             CellChoice {
-                cell: self.goal.setup.cells.name(cell),
+                cell,
                 material: record.name.clone(),
                 colour: colour(&record.colour),
             }
-        });
+        };
+        let cells: Vec<CellChoice> = if self.goal.setup.cells.has_voxels() {
+            shares(&ranked.layout, self.goal.palette.len())
+                .map(|(m, percent)| choice(format!("{percent:.1} % of the cells"), m))
+                .collect()
+        } else {
+            let named = ranked.layout.iter().enumerate();
+            named
+                .map(|(cell, &m)| choice(self.goal.setup.cells.name(cell), m))
+                .collect()
+        };
         let is_best = rank == Some(1);
         LayoutRow {
             rank,
             note: note.into(),
-            cells: cells.collect(),
+            cells,
             rms_mm,
             rms_percent: 100.0 * rms_mm / largest,
             max_mm,
@@ -188,6 +198,7 @@ impl Replica<'_> {
                 .filter(|r| r.synthetic)
                 .map(|r| r.name.as_str())
                 .collect();
+            synthetic.sort_unstable();
             synthetic.dedup();
             if !synthetic.is_empty() {
                 warnings.push(format!("Estimated, not measured: {}.", synthetic.join(", ")));
@@ -334,8 +345,14 @@ impl Replica<'_> {
             point: through,
             normal: across,
         };
+        // Between two neighbouring nodes lies one border at most.
+        let cells = &self.goal.setup.cells;
+        let voxels = cells.regions().iter().filter(|r| r.is_voxels());
+        let narrowest = voxels
+            .map(|r| cells.narrowest(r, solid))
+            .fold(f64::INFINITY, f64::min);
         let spacing = TilingOptions {
-            spacing_mm: Some((size.product() / 2.0e5).cbrt()),
+            spacing_mm: Some((size.product() / 2.0e5).cbrt().min(narrowest)),
             ..TilingOptions::default()
         };
         let tiling = tile_layout(self.goal, &best.layout, Some(cut), &spacing)?;
@@ -399,6 +416,17 @@ impl Replica<'_> {
         let caption = "Displacement error at the largest forces, the worst of the examples, interpolated between the measured points; grey: too far from any of them.";
         Ok(Figure::new("error", picture.svg(), caption))
     }
+}
+
+/// The materials of a layout, each with its share of the cells in percent.
+fn shares(layout: &[u8], materials: usize) -> impl Iterator<Item = (u8, f64)> {
+    let count = |m: u8| layout.iter().filter(|&&own| own == m).count();
+    let all = layout.len().max(1) as f64;
+    let rows: Vec<(u8, f64)> = (0..materials)
+        .map(|m| (m as u8, 100.0 * count(m as u8) as f64 / all))
+        .filter(|(_, percent)| *percent > 0.0)
+        .collect();
+    rows.into_iter()
 }
 
 /// Where an example's numbers stand in the long vectors, and which of its points is plotted.

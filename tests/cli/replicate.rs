@@ -145,3 +145,127 @@ fn an_interrupt_ends_the_search_with_what_it_has() {
     assert_eq!(found["ended"], "interrupted");
     assert!(found["rms_mm"].as_f64().unwrap().is_finite());
 }
+
+/// A second search asks the journal and answers the same.
+#[test]
+fn a_journal_saves_simulations_and_changes_no_answer() {
+    let folder = design(GOAL);
+    let first = replicate(folder.path(), &["--seed", "3"]);
+    let layout = std::fs::read(folder.path().join("found/layout.toml")).unwrap();
+    let again = replicate(folder.path(), &["--seed", "3"]);
+    assert_eq!(
+        (&first["from_journal"], &again["from_journal"]),
+        (&0.into(), &first["simulations"])
+    );
+    assert_eq!(
+        layout,
+        std::fs::read(folder.path().join("found/layout.toml")).unwrap()
+    );
+    // Another target and another method find what fits; another tolerance finds nothing.
+    let goal = GOAL.replace("[0.9, 1.7]", "[0.8, 1.5]");
+    std::fs::write(folder.path().join("goal.toml"), goal).unwrap();
+    let other = replicate(folder.path(), &["--method", "exhaustive"]);
+    assert_eq!(other["from_journal"], 9);
+    assert_eq!(
+        replicate(folder.path(), &["--tolerance", "1e-6"])["from_journal"],
+        0
+    );
+    assert_eq!(replicate(folder.path(), &["--no-journal"])["from_journal"], 0);
+}
+
+#[test]
+fn a_journal_that_is_none_is_an_error_and_is_left_alone() {
+    let folder = design(GOAL);
+    let file = folder.path().join("notes.txt");
+    for text in [b"not a journal".to_vec(), vec![7u8; 100_000]] {
+        std::fs::write(&file, &text).unwrap();
+        let output = pliant(folder.path(), &["replicate", ".", "--journal", "notes.txt"])
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).replace('\n', " ");
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains("notes.txt") && said.contains("--no-journal"),
+            "{said}"
+        );
+        assert_eq!(std::fs::read(&file).unwrap(), text);
+        assert!(!folder.path().join("found").exists());
+    }
+}
+
+/// Killed without warning, a search goes on from its journal and answers as if nothing had happened.
+#[cfg(unix)]
+#[test]
+fn a_killed_search_goes_on() {
+    let goal = GOAL
+        .replace("layers = 2", "layers = 4")
+        .replace("element_size = \"10 mm\"", "element_size = \"6 mm\"");
+    let folder = design(&goal);
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_pliant"))
+        .current_dir(folder.path())
+        .args([
+            "replicate",
+            ".",
+            "--json",
+            "--no-export",
+            "--tolerance",
+            "1e-8",
+            "--threads",
+            "1",
+        ])
+        .args(["--db", concat!(env!("CARGO_MANIFEST_DIR"), "/materials-db")])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Until the first simulations are in.
+    let journal = folder.path().join("found/simulated.redb");
+    let fresh = || std::fs::metadata(&journal).map_or(0, |m| m.len());
+    let began = std::time::Instant::now();
+    while fresh() == 0 && began.elapsed().as_secs() < 60 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    let _ = child.kill();
+    child.wait().unwrap();
+    let resumed = replicate(folder.path(), &["--no-export", "--tolerance", "1e-8"]);
+    let layout = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
+    let alone = replicate(
+        folder.path(),
+        &["--no-export", "--tolerance", "1e-8", "--no-journal"],
+    );
+    let fresh = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
+    println!(
+        "{} of {} from the journal",
+        resumed["from_journal"], resumed["simulations"]
+    );
+    assert_eq!(layout, fresh);
+    assert_eq!(resumed["rms_mm"], alone["rms_mm"]);
+}
+
+#[test]
+fn every_answer_says_what_it_rests_on() {
+    let folder = design(GOAL);
+    let small = replicate(folder.path(), &[]);
+    assert_eq!(
+        (&small["ended"], &small["bound_rests_on"]["kind"]),
+        (&"enumerated".into(), &"enumerated".into())
+    );
+    assert_eq!(small["gap_mm"], 0.0);
+    let output = pliant(
+        folder.path(),
+        &["replicate", ".", "--method", "paper", "--no-export"],
+    )
+    .output()
+    .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).replace('\n', " ");
+    assert!(
+        said.contains("not conservative") && said.contains("no layout can be better than"),
+        "{said}"
+    );
+    let few = replicate(folder.path(), &["--simulations", "5"]);
+    assert_eq!(
+        (&few["ended"], &few["simulations"]),
+        (&"exhausted".into(), &5.into())
+    );
+}

@@ -132,6 +132,7 @@ fn layered(region: Region, axis: Axis, style: Style, borders: Vec<f64>) -> Layer
         axis,
         style,
         borders,
+        across: Default::default(),
     }
 }
 

@@ -188,7 +188,7 @@ fn a_broken_monotonicity_is_said() {
         target: &target,
         cost_weight_mm: 0.0,
     };
-    let outcome = search(&aim, &options(Method::Anytime), &mut Turning).unwrap();
+    let outcome = search(&aim, &options(Method::Paper), &mut Turning).unwrap();
     let Basis::Broken { outside, most_mm, .. } = outcome.bound.basis else {
         panic!("{:?}", outcome.bound);
     };
