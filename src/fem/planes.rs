@@ -138,6 +138,7 @@ mod tests {
             axis: Axis::Z,
             style: Style::Flat,
             borders,
+            across: [Vec::new(), Vec::new()],
         };
         let inner = Region::Box {
             min: Vec3::zeros(),
