@@ -346,7 +346,7 @@ mod tests {
         assert!(html.contains("&lt;img src=x onerror=y&gt;"));
         assert!(html.contains("a &amp; b"));
         assert!(html.contains("<h2>Out &lt;b&gt;of&lt;/b&gt; reach</h2><p>c &lt; d</p>"));
-        assert!(html.contains("<td>heel &lt;script&gt;</td><td class=\"number\">1.25</td>"));
+        assert!(html.contains(">heel &lt;script&gt;</td>") && html.contains(">1.25</td>"));
         for forbidden in ["<script", "<img", "<b>", "http://", "https://", "NaN", "src="] {
             let found = html.replace("&lt;img src=x", "").contains(forbidden);
             assert!(!found, "{forbidden} in the page");
