@@ -238,6 +238,10 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         .page(facts.concat(), provenance(&goal))
         .into_diagnostic()?;
     page.warnings.extend(shape.warnings(&goal));
+    // Moved borders change what a layout weighs.
+    let weighed = goal.weighed(&rig);
+    let overweight = rules::overweight(&goal, &weighed, &outcome.best[0].layout);
+    page.warnings.extend(overweight);
     page.sections = rules::sections(&goal, &reach, &fronts);
     let report = found.join("report.html");
     replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
@@ -251,7 +255,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         searched: searching.time,
         from_journal: searching.from_journal,
         bound: &bound,
-        space: &space,
+        space: &weighed,
         reach: &reach,
         fronts: &fronts,
     };

@@ -116,6 +116,19 @@ pub fn fronts(goal: &Goal, aim: &Aim, outcome: &Outcome, fine: &mut dyn Bench) -
         .collect()
 }
 
+/// What must be said of a layout that weighs or costs more than the goal allows, as moved layer borders can make it.
+pub fn overweight(goal: &Goal, weighed: &Space, layout: &[u8]) -> Vec<String> {
+    let currency = goal.rules.currency.as_deref().unwrap_or_default();
+    let over = |what: &str, found: f64, most: f64, unit: &str| {
+        (found > most * (1.0 + 1e-9)).then(|| {
+            format!("The best layout {what} {found:.2} {unit}, more than the goal allows ({most:.2} {unit}).")
+        })
+    };
+    let mass = over("weighs", weighed.mass_g(layout), goal.rules.most_mass_g, "g");
+    let cost = over("costs", weighed.cost(layout), goal.rules.most_cost, currency);
+    mass.into_iter().chain(cost).collect()
+}
+
 /// The rows of `layout.toml`.
 pub fn found_choices(goal: &Goal, fronts: &[Front]) -> Vec<FoundChoice> {
     let currency = &goal.rules.currency;

@@ -113,6 +113,16 @@ impl Goal {
     /// # Errors
     /// [`Mistake`] names the rule that no layout keeps.
     pub fn space(&self, rig: &Rig) -> Result<Space, Mistake> {
+        let mut space = self.weighed(rig);
+        if !self.rules.surface.is_empty() {
+            self.clear_surface(rig, &mut space)?;
+        }
+        self.check_possible(&space)?;
+        Ok(space)
+    }
+
+    /// The same without what may lie on the surface, and unchecked: for what a layout weighs and costs.
+    pub fn weighed(&self, rig: &Rig) -> Space {
         let rules = &self.rules;
         let cells = self.setup.cells.count();
         let (volumes_cm3, touching) = self.volumes_and_neighbours(rig);
@@ -129,11 +139,7 @@ impl Goal {
         if !rules.prices_per_cm3.is_empty() {
             space.prices_per_cm3.clone_from(&rules.prices_per_cm3);
         }
-        if !rules.surface.is_empty() {
-            self.clear_surface(rig, &mut space)?;
-        }
-        self.check_possible(&space)?;
-        Ok(space)
+        space
     }
 
     fn volumes_and_neighbours(&self, rig: &Rig) -> (Vec<f64>, Vec<Vec<u32>>) {

@@ -327,6 +327,14 @@ mod tests {
                 max_percent: 3.0,
                 mass_g: None,
             }],
+            sections: vec![PageSection {
+                heading: "Out <b>of</b> reach".to_owned(),
+                note: "c < d".to_owned(),
+                header: vec!["example <i>".to_owned(), "mm".to_owned()],
+                rows: vec![vec!["heel <script>".to_owned(), "1.25".to_owned()]],
+                words: vec![0],
+                ..PageSection::default()
+            }],
             ..ReplicatePage::default()
         }
     }
@@ -337,6 +345,8 @@ mod tests {
         assert!(html.contains("Sole &lt;script&gt;alert(1)&lt;/script&gt;"));
         assert!(html.contains("&lt;img src=x onerror=y&gt;"));
         assert!(html.contains("a &amp; b"));
+        assert!(html.contains("<h2>Out &lt;b&gt;of&lt;/b&gt; reach</h2><p>c &lt; d</p>"));
+        assert!(html.contains(">heel &lt;script&gt;</td>") && html.contains(">1.25</td>"));
         for forbidden in ["<script", "<img", "<b>", "http://", "https://", "NaN", "src="] {
             let found = html.replace("&lt;img src=x", "").contains(forbidden);
             assert!(!found, "{forbidden} in the page");

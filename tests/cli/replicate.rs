@@ -129,7 +129,7 @@ fn an_interrupt_ends_the_search_with_what_it_has() {
         .spawn()
         .unwrap();
     // The first level of eight takes longer than this; the whole search minutes.
-    std::thread::sleep(std::time::Duration::from_secs(4));
+    std::thread::sleep(std::time::Duration::from_secs(10));
     let killed = std::process::Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status()

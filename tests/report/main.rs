@@ -130,6 +130,7 @@ fn page() -> ReplicatePage {
             Figure::new("Toe", example("Toe", 0.5).svg(), "The same at the toe."),
             Figure::new("bars", bars.svg(), ""),
         ],
+        sections: Vec::new(),
         search: ["method", "seed", "K", "simulations", "culled", "time"]
             .into_iter()
             .zip([
