@@ -182,7 +182,8 @@ fn refine_one(
         thinnest: Vec::new(),
         simulations: 1,
     };
-    if before == Misfit::FAILED {
+    // With one material borders part nothing: moving them would change the elements and the error of the mesh alone.
+    if before == Misfit::FAILED || super::space::distinct(layout) == 1 {
         return Ok(refined);
     }
     let mut places = slabs.planes.now.clone();
