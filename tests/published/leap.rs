@@ -3,7 +3,6 @@
 //! block of 50 × 40 × 25 mm between plates without friction, as the foam's coupons were pressed.
 
 use assert_cmd::Command;
-use std::path::Path;
 
 const CURVE: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),

@@ -5,13 +5,13 @@
 //! ```
 //!
 //! Symbols: m layout, x(m) its displacements \[mm\], x̄ the target's, C cost, w what a unit of cost is worth \[mm\]; S is the
-//! *score* \[mm\]. Every layout is simulated at most once ([`memory`]).
+//! *score* \[mm\]. Every layout is simulated at most once (`memory`).
 //!
 //! - [`Method::Anytime`], the default: a surrogate of x(m) learned from all simulated layouts says which to simulate next
-//!   ([`surrogate`], [`anytime`]); the best are polished by exchanges; then a best-first tree bounds what is left ([`bound`]).
+//!   (`surrogate`, `anytime`); the best are polished by exchanges; then a best-first tree bounds what is left (`bound`).
 //!   Where the space is small enough, all of it is simulated instead, which is proof.
-//! - [`Method::Paper`]: the thesis' breadth-first tree with clusters ([`paper`], [`clusters`]).
-//! - [`Method::Exhaustive`]: every layout ([`exhaustive`]).
+//! - [`Method::Paper`]: the thesis' breadth-first tree with clusters (`paper`, `clusters`).
+//! - [`Method::Exhaustive`]: every layout (`exhaustive`).
 //!
 //! Each answer says how good it may be at most, and what that rests on ([`Bound`]).
 
