@@ -137,6 +137,9 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let began = Instant::now();
     let solver = equilibrium::Options::for_search(arguments.tolerance);
     solver.check().into_diagnostic()?;
+    if let Some(seconds) = arguments.seconds.filter(|s| !(*s > 0.0 && *s < 1e9)) {
+        return Err(miette!("--seconds is {seconds}: expected a time above zero"));
+    }
     use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
@@ -163,19 +166,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         .found
         .clone()
         .unwrap_or_else(|| goal.folder().join("found"));
-    let setting = Setting {
-        solver,
-        until: arguments.seconds.map(|s| began + Duration::from_secs_f64(s)),
-        journal: (!arguments.no_journal).then(|| {
-            let own = found.join("simulated.redb");
-            arguments.journal.clone().unwrap_or(own)
-        }),
-        quiet: arguments.json,
-    };
-    if !team.leads() && goal.voxels.is_some() {
-        // One layout of voxels is simulated on all threads of one process.
-        return Ok(Answer::Done);
-    }
+    let setting = setting(arguments, &found, solver, began);
     if !team.leads() {
         // Voxels are searched by one process, whose threads share the examples.
         if goal.voxels.is_none() {
@@ -204,11 +195,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     };
     let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, LISTED)?;
     let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
-        return Err(miette!(
-            "{}: none of {} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette",
-            goal.file().display(),
-            outcome.simulations
-        ));
+        return Err(nothing_found(&goal, &outcome));
     };
     shape.note(&mut record);
     record.pareto = rules::found_choices(&goal, &fronts);
@@ -261,6 +248,29 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     };
     tell(arguments, &replica, &outcome, &page.warnings, &shape, &files);
     Ok(Answer::Done)
+}
+
+fn setting(arguments: &Arguments, found: &Path, solver: equilibrium::Options, began: Instant) -> Setting {
+    let own = || found.join("simulated.redb");
+    Setting {
+        solver,
+        until: arguments.seconds.map(|s| began + Duration::from_secs_f64(s)),
+        journal: (!arguments.no_journal).then(|| arguments.journal.clone().unwrap_or_else(own)),
+        quiet: arguments.json,
+    }
+}
+
+fn nothing_found(goal: &Goal, outcome: &Outcome) -> miette::Report {
+    let file = goal.file().display();
+    let count = outcome.simulations;
+    if outcome.stop == search::Stop::Interrupted {
+        return miette!(
+            "{file}: stopped after {count} simulated layouts, none of which is in equilibrium under all loads; give it more time"
+        );
+    }
+    miette!(
+        "{file}: none of {count} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette"
+    )
 }
 
 /// The share of the largest target displacement below which an error is nothing to look further for.

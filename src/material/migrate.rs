@@ -85,7 +85,7 @@ pub fn rewritten(text: &str, file: &Path, recipe: Option<&str>) -> Result<Option
 mod tests {
     use super::*;
 
-    const NOW: &str = include_str!("../../materials-db/body-double-silk.toml");
+    const NOW: &str = include_str!("../../materials-db/versions/body-double-silk@1.toml");
 
     /// A record of schema 1, with a comment and a field that this version does not know.
     fn old() -> String {

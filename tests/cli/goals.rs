@@ -341,9 +341,12 @@ const PRICES: &str = "[palette.price]\necoflex-00-50 = \"0.02 EUR/cm3\"\nmold-st
 /// 25 cm³.
 fn every_layout() -> Vec<(Vec<String>, f64, f64, f64)> {
     let folder = design(GOAL);
-    let output = pliant(folder.path(), &["replicate", ".", "--no-export", "--exhaustive"])
-        .output()
-        .unwrap();
+    let output = pliant(
+        folder.path(),
+        &["replicate", ".", "--no-export", "--method", "exhaustive"],
+    )
+    .output()
+    .unwrap();
     assert!(output.status.success());
     let text = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
     let file: toml::Table = text.parse().unwrap();
@@ -447,7 +450,7 @@ fn the_best_layout_keeps_the_rules_and_none_that_keeps_them_is_better() {
 fn the_pareto_set_holds_what_none_beats() {
     let all = every_layout();
     let goal = GOAL.replace("[[example]]", PRICES);
-    let found = found(&goal, &["--exhaustive", "--pareto"]);
+    let found = found(&goal, &["--method", "exhaustive", "--pareto"]);
     let rows = found["pareto"].as_array().unwrap();
     for (against, of) in [("mass", 2), ("cost", 3)] {
         let amount = |l: &(Vec<String>, f64, f64, f64)| if of == 2 { l.2 } else { l.3 };
@@ -487,7 +490,14 @@ fn the_pareto_set_holds_what_none_beats() {
     let folder = design(&goal);
     let output = pliant(
         folder.path(),
-        &["replicate", ".", "--no-export", "--exhaustive", "--pareto"],
+        &[
+            "replicate",
+            ".",
+            "--no-export",
+            "--method",
+            "exhaustive",
+            "--pareto",
+        ],
     )
     .output()
     .unwrap();

@@ -31,16 +31,16 @@ name = "LEAP"
 [object]
 mesh = "block.stl"
 unit = "mm"
-element_size = "10 mm"
-# Plates without friction: the block may slide, but neither drift nor turn.
+element_size = "12.5 mm"
+# Plates without friction: the block is free to widen, away from the planes x = 0 and y = 0.
 [[fixed]]
 face = "bottom"
 components = "z"
 [[fixed]]
-box_mm = [[24.9, -1, -1], [25.1, 41, 26]]
+box_mm = [[-1, -1, -1], [0.1, 41, 26]]
 components = "x"
 [[fixed]]
-box_mm = [[-1, 19.9, -1], [51, 20.1, 26]]
+box_mm = [[-1, -1, -1], [51, 0.1, 26]]
 components = "y"
 [[region]]
 name = "block"
@@ -56,7 +56,7 @@ materials = [
 name = "plate"
 point_mm = [25, 20, 25]
 direction = [0, 0, -1]
-radius = "100 mm"
+radius = "32.1 mm"
 forces_n = {forces:?}
 displacements_mm = {displacements:?}
 origin = "measured: Moreno-Mateos et al. 2026, foam FF LEAP in unconfined compression"
@@ -103,5 +103,6 @@ fn slow_a_measured_foam_is_approximated_by_silicones_and_tubes() {
         number("largest_target_mm"),
         number("bound_mm")
     );
-    assert!(rms < 0.5 * single && rms < 0.06 * number("largest_target_mm"));
+    // A foam yields and then holds; silicones and rubber stiffen steadily: a stack comes nearer than each of them, not near.
+    assert!(rms < 0.7 * single && rms < 0.05 * number("largest_target_mm"));
 }

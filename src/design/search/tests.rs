@@ -136,11 +136,11 @@ fn the_bound_is_below_the_best_of_all_layouts() {
         );
         assert_eq!(outcome.best[0], all.best[0]);
         assert!(outcome.bound.score_mm <= all.best[0].score_mm + 1e-12);
-        assert!(
-            matches!(outcome.bound.basis, Basis::Monotone { .. }),
-            "{:?}",
-            outcome.bound
-        );
+        assert!(matches!(outcome.bound.basis, Basis::Learned { .. }));
+        // Springs give more the softer they are, so the boxes hold.
+        let tree = found(&space, &off, &options(Method::Paper));
+        assert!(matches!(tree.bound.basis, Basis::Monotone { .. }));
+        assert!(tree.bound.score_mm <= all.best[0].score_mm + 1e-12);
         assert!(outcome.simulations <= 2000);
     }
 }

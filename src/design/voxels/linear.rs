@@ -200,7 +200,11 @@ mod tests {
 
     /// Many variables, few readings.
     fn wide(variables: usize, rows: usize) -> Linear {
-        let at = |i: usize, j: usize| ((i * 31 + j * 17 + i * j * 7) % 23) as f64 / 23.0 - 0.5;
+        // Middle digits of squares: no two columns are alike.
+        let at = |i: usize, j: usize| {
+            let mixed = (i * 7919 + j * 104_729 + 12_345).pow(2);
+            (mixed / 1000 % 1000) as f64 / 1000.0 - 0.5
+        };
         Linear {
             residual: DVector::from_fn(rows, |i, _| 0.3 * at(i, 1000)),
             derivatives: DMatrix::from_fn(rows, 3 * variables, at),
@@ -221,8 +225,9 @@ mod tests {
         }
         // Every share of the second material forbidden.
         let free: Vec<bool> = (0..120).map(|k| k % 3 != 1).collect();
+        let shares = [0.5, 0.0, 0.5].repeat(40);
         let next = linear.step(&shares, &shares, 1e-9, &free);
-        assert!(next.iter().skip(1).step_by(3).all(|&x| x == 0.0));
+        assert!(next != shares && next.iter().skip(1).step_by(3).all(|&x| x == 0.0));
     }
 
     #[test]
@@ -232,8 +237,11 @@ mod tests {
         let order: Vec<u32> = (0..200).collect();
         let choice = linear.rounded(&shares, &[true; 600], &order, 0.0);
         let left = linear.moved(&shares, &shares_of(&choice, 3)).norm();
-        // A single wrong choice is worth about half a unit: what is left is far below one.
-        assert!(left < 0.1, "{left}");
+        // Where no single exchange helps, less is left than one is worth.
+        let worth = (0..200)
+            .map(|v| (linear.derivatives.column(3 * v) - linear.derivatives.column(3 * v + 1)).norm());
+        let typical = worth.sum::<f64>() / 200.0;
+        assert!(left < 0.6 * typical, "{left} of {typical}");
         let firm = linear.rounded(&shares_of(&choice, 3), &[true; 600], &order, 1e6);
         assert_eq!(firm, choice);
     }
