@@ -85,13 +85,14 @@ impl Team {
         setting: &Setting,
     ) -> miette::Result<Searched> {
         let began = Instant::now();
-        let journal = setting.journal.as_deref().map(Journal::open);
-        let journal = journal.transpose().into_diagnostic()?;
         let bar = SearchBar::new(setting.quiet);
         let watch = |progress: &Progress, done: usize| bar.show(progress, done);
         let [coarse, fine] = benches(rig, setting, &watch);
         let mut coarse = self.bench(0, coarse, rig);
         let mut fine = self.bench(1, fine, rig);
+        // Other processes wait for orders by now: if this fails, the end of the team is the end of their waiting.
+        let journal = setting.journal.as_deref().map(Journal::open);
+        let journal = journal.transpose().into_diagnostic()?;
         let (outcome, from_journal) = match &journal {
             None => (
                 search_and_refine(aim, options, coarse.as_mut(), fine.as_mut())?,

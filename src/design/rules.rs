@@ -104,7 +104,7 @@ const MOST_CUTS: f64 = 200.0;
 const LEAST_FACE: f64 = 0.05;
 /// How far under the surface its cells are asked for, as a share of an element.
 const UNDER: f64 = 1e-3;
-/// Most prefixes that are looked at to find a layout that keeps all rules.
+/// Most nodes that are looked at to find a layout that keeps all rules.
 const MOST_STEPS: usize = 100_000;
 
 impl Goal {

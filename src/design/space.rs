@@ -114,7 +114,7 @@ impl Space {
         self.least(&[], &self.prices_per_cm3)
     }
 
-    /// Is there a layout that keeps all rules? Looks at `most_steps` prefixes at most; `None` if that is too few to know.
+    /// Is there a layout that keeps all rules? Looks at `most_steps` nodes at most; `None` if that is too few to know.
     pub fn is_possible(&self, most_steps: usize) -> Option<bool> {
         let mut decided: Vec<u8> = Vec::with_capacity(self.cells);
         // For each decided cell, which of its allowed materials comes next.
@@ -233,7 +233,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against all 81 layouts: a layout is allowed if it keeps the rules, a prefix is dropped only if no layout that begins
+        /// Against all 81 layouts: a layout is allowed if it keeps the rules, a node is dropped only if no layout that begins
         /// with it does, and whether there is any is known.
         #[test]
         fn rules_agree_with_brute_force(space in spaces()) {
@@ -243,9 +243,9 @@ mod tests {
                 prop_assert_eq!(space.allows(&layout), kept.contains(&layout));
             }
             for length in 0..4 {
-                for prefix in every_layout(length, 3) {
-                    let is_open = kept.iter().any(|l| l.starts_with(&prefix));
-                    prop_assert!(space.may_hold(&prefix) || !is_open, "{:?}", prefix);
+                for node in every_layout(length, 3) {
+                    let is_open = kept.iter().any(|l| l.starts_with(&node));
+                    prop_assert!(space.may_hold(&node) || !is_open, "{:?}", node);
                 }
             }
             prop_assert_eq!(space.is_possible(10_000), Some(!kept.is_empty()));

@@ -88,4 +88,10 @@ fn a_mistake_is_reported_once() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success());
     assert_eq!(said.matches("mold-star-61").count(), 1, "{said}");
+    // One that shows when the others wait for orders already.
+    let folder = design(GOAL);
+    std::fs::write(folder.path().join("j.redb"), "no journal").unwrap();
+    let output = run(folder.path(), 3, &["--journal=j.redb"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && said.contains("j.redb"), "{said}");
 }

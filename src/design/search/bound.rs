@@ -8,7 +8,7 @@
 //!
 //! x(m) ∈ box(a) holds where displacements are monotone in the materials' softness. They need not be (Bickel 2010, 8.4.2:
 //! "the bound estimation approach is not conservative"). So it is checked: every simulated layout below a node is a
-//! sample. The boxes are widened by the largest excess seen, component by component, and the bound says how often
+//! sample. The boxes are widened by the largest overhang seen, component by component, and the bound says how often
 //! and by how much ([`Basis::Broken`]). It is then a statement about what was sampled, no proof.
 //!
 //! *Corner materials* are those that give the least or the largest displacement in some component when they fill the
@@ -23,7 +23,7 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Nodes that are split side by side.
 const SPLIT: usize = 8;
-/// An excess below this share of the largest target displacement is the simulation's own haste.
+/// An overhang below this share of the largest target displacement is the simulation's own haste.
 const NOTICEABLE: f64 = 1e-4;
 
 /// What no layout can be better than.
@@ -46,13 +46,13 @@ pub enum Basis {
         /// How many samples.
         samples: usize,
     },
-    /// Some samples lay outside; boxes are widened by the largest excess seen: heuristic.
+    /// Some samples lay outside; boxes are widened by the largest overhang seen: heuristic.
     Broken {
         /// How many samples.
         samples: usize,
         /// How many of them lay outside.
         outside: usize,
-        /// The largest excess \[mm\].
+        /// The largest overhang \[mm\].
         most_mm: f64,
     },
     /// Every layout of which the learned model expects a score within its largest surprise of the best was simulated, or
@@ -181,8 +181,8 @@ impl Reach {
         aim.target.distance_to_box(&self.low, &self.high) + aim.worth(aim.space.cost(node))
     }
 
-    fn widened(mut self, excess: &[f64]) -> Reach {
-        for (i, e) in excess.iter().enumerate() {
+    fn widened(mut self, overhang: &[f64]) -> Reach {
+        for (i, e) in overhang.iter().enumerate() {
             self.low[i] -= e;
             self.high[i] += e;
         }
@@ -191,19 +191,19 @@ impl Reach {
 }
 
 /// How far samples lay outside their nodes' boxes.
-struct Excess {
+struct Overhang {
     by_component: Vec<f64>,
     samples: usize,
     outside: usize,
 }
 
-impl Excess {
+impl Overhang {
     /// Looks at every simulated layout below every node whose box is known.
-    fn seen(memory: &Memory, corners: &Corners) -> Excess {
+    fn seen(memory: &Memory, corners: &Corners) -> Overhang {
         let target = memory.aim.target;
         let slack = NOTICEABLE * target.largest_mm();
         let mut boxes: HashMap<&[u8], Option<Reach>> = HashMap::new();
-        let mut excess = Excess {
+        let mut overhang = Overhang {
             by_component: vec![0.0; target.components.len()],
             samples: 0,
             outside: 0,
@@ -218,19 +218,19 @@ impl Excess {
                 let Some(reach) = reach.as_ref().filter(|_| !is_completion) else {
                     continue;
                 };
-                excess.samples += 1;
+                overhang.samples += 1;
                 let mut is_outside = false;
                 for (i, &x) in entry.response.displacements.iter().enumerate() {
                     let by = (reach.low[i] - x).max(x - reach.high[i]);
                     if target.components[i].is_some() && by > slack {
                         is_outside = true;
-                        excess.by_component[i] = excess.by_component[i].max(by);
+                        overhang.by_component[i] = overhang.by_component[i].max(by);
                     }
                 }
-                excess.outside += usize::from(is_outside);
+                overhang.outside += usize::from(is_outside);
             }
         }
-        excess
+        overhang
     }
 
     fn basis(&self) -> Basis {
@@ -256,7 +256,7 @@ pub(super) fn of_root(memory: &Memory) -> Bound {
 /// samples broke the boxes already, a tree of them is not worth its simulations, and the root's box has to do.
 pub(super) fn tighten(memory: &mut Memory, counts: &mut Counts) -> Result<(), Halt> {
     let mut tree = Tree::new(memory);
-    let walked = match tree.excess.outside {
+    let walked = match tree.overhang.outside {
         0 => tree.split(memory, counts),
         _ => Ok(()),
     };
@@ -267,7 +267,7 @@ pub(super) fn tighten(memory: &mut Memory, counts: &mut Counts) -> Result<(), Ha
 /// Nodes that cover the space.
 struct Tree {
     corners: Corners,
-    excess: Excess,
+    overhang: Overhang,
     /// Nodes that wait, by the bits of their bound, which order as the bounds do.
     open: BTreeMap<(u64, Layout), f64>,
     /// Nodes whose bound was above the best score when they were looked at.
@@ -277,10 +277,10 @@ struct Tree {
 impl Tree {
     fn new(memory: &Memory) -> Tree {
         let corners = Corners::extreme(memory);
-        let excess = Excess::seen(memory, &corners);
+        let overhang = Overhang::seen(memory, &corners);
         let mut tree = Tree {
             corners,
-            excess,
+            overhang,
             open: BTreeMap::new(),
             closed: Vec::new(),
         };
@@ -295,7 +295,7 @@ impl Tree {
         reach.map_or(parent, |reach| {
             parent.max(
                 reach
-                    .widened(&self.excess.by_component)
+                    .widened(&self.overhang.by_component)
                     .score_mm(memory.aim, node),
             )
         })
@@ -346,17 +346,17 @@ impl Tree {
 
     /// The least bound of all nodes, boxes widened by what was seen up to now.
     fn bound(&mut self, memory: &Memory) -> Bound {
-        self.excess = Excess::seen(memory, &self.corners);
+        self.overhang = Overhang::seen(memory, &self.corners);
         let open = self.open.iter().map(|((_, node), bound)| (node, *bound));
         let closed = self.closed.iter().map(|(node, parent)| (node, *parent));
         let mut score_mm = memory.best_mm;
         for (node, known) in open.chain(closed) {
             let reach = self.corners.box_of(memory, node);
             let own = reach.map_or(0.0, |r| {
-                r.widened(&self.excess.by_component).score_mm(memory.aim, node)
+                r.widened(&self.overhang.by_component).score_mm(memory.aim, node)
             });
             // Where boxes had to be widened, what was known before was known of narrower ones.
-            let bound = if self.excess.outside == 0 {
+            let bound = if self.overhang.outside == 0 {
                 known.max(own)
             } else {
                 own
@@ -367,7 +367,7 @@ impl Tree {
         Bound {
             score_mm: if is_known { score_mm } else { 0.0 },
             basis: if is_known {
-                self.excess.basis()
+                self.overhang.basis()
             } else {
                 Basis::Nothing
             },
