@@ -1,18 +1,17 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
+use super::Answer;
 use super::replicate_rules as rules;
 use super::replicate_shape::{Shape, Shaping};
 use super::replicate_voxels;
 use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
-use super::{Answer, stop};
 use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
 use crate::design::reach::Reach;
 use crate::design::search::{self, Aim, Basis, Method, Outcome};
 use crate::design::space::Space;
-use crate::design::workbench::Workbench;
 use crate::fabrication::export::ExportMeta;
 use crate::fabrication::layout::{self, export_options, tile_layout};
 use crate::fem::equilibrium;
@@ -117,9 +116,6 @@ impl Way {
     }
 }
 
-/// Layouts that are listed.
-const LISTED: usize = 10;
-
 /// Runs `pliant replicate`.
 ///
 /// # Errors
@@ -135,11 +131,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
 
 fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let began = Instant::now();
-    let solver = equilibrium::Options::for_search(arguments.tolerance);
-    solver.check().into_diagnostic()?;
-    if let Some(seconds) = arguments.seconds.filter(|s| !(*s > 0.0 && *s < 1e9)) {
-        return Err(miette!("--seconds is {seconds}: expected a time above zero"));
-    }
+    let solver = checked(arguments)?;
     use_threads(arguments.threads)?;
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
@@ -158,10 +150,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         target: &target,
         cost_weight_mm: goal.rules.cost_weight_mm,
     };
-    let options = search::Options {
-        listed: shaping.candidates().max(LISTED),
-        ..search_options(arguments, &target)
-    };
+    let options = search_options(arguments, &target);
     let found = arguments
         .found
         .clone()
@@ -175,11 +164,15 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         return Ok(Answer::Done);
     }
     let reach = rules::judge(&goal, &rig, &space, arguments.json);
+    let all = search::Options {
+        listed: shaping.candidates().max(options.listed),
+        ..options
+    };
     let searching = match &goal.voxels {
         Some(rules) => {
-            replicate_voxels::search(&goal, &rig, &aim, rules, &options, arguments.tolerance, &setting)?
+            replicate_voxels::search(&goal, &rig, &aim, rules, &all, arguments.tolerance, &setting)?
         }
-        None => team.search(&rig, &aim, &options, &setting)?,
+        None => team.search(&rig, &aim, &all, &setting)?,
     };
     let mut outcome = searching.outcome.clone();
     // Of the layers as drawn and the materials as fitted, which the steps below leave.
@@ -187,67 +180,126 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         Some(_) => "no bound is known for layouts of voxels".to_string(),
         None => bound_words(&outcome),
     };
-    let fronts = if arguments.pareto {
-        let mut fine = Workbench::new(&rig, equilibrium::Options::default(), stop::flag(), &|_, _| {});
-        rules::fronts(&goal, &aim, &outcome, &mut fine)
-    } else {
-        Vec::new()
+    let fronts = match arguments.pareto {
+        true => rules::fronts(&goal, &rig, &aim, &outcome),
+        false => Vec::new(),
     };
-    let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, LISTED)?;
-    let Some(mut record) = Found::new(&goal, &target, &outcome, &options, arguments.tolerance) else {
-        return Err(nothing_found(&goal, &outcome));
-    };
-    shape.note(&mut record);
-    record.pareto = rules::found_choices(&goal, &fronts);
-    record.write(&found.join("layout.toml")).into_diagnostic()?;
-    let fabricated = fabricate(arguments, &goal, &outcome, &record)?;
-    let replica = Replica {
+    let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, options.listed)?;
+    let work = Work {
+        arguments,
         goal: &goal,
         rig: &rig,
         target: &target,
+        options: &options,
         outcome: &outcome,
-        volumes_mm3: &fabricated.volumes_mm3,
-        modes: &shape.modes,
-        notes: &shape.notes(),
-    };
-    let facts = [
-        search_facts(
-            &outcome,
-            &options,
-            arguments,
-            &searching,
-            &bound,
-            goal.voxels.is_some(),
-        ),
-        shape.facts(&goal),
-    ];
-    let mut page = replica
-        .page(facts.concat(), provenance(&goal))
-        .into_diagnostic()?;
-    page.warnings.extend(shape.warnings(&goal));
-    // Moved borders change what a layout weighs.
-    let weighed = goal.weighed(&rig);
-    let overweight = rules::overweight(&goal, &weighed, &outcome.best[0].layout);
-    page.warnings.extend(overweight);
-    page.sections = rules::sections(&goal, &reach, &fronts);
-    let report = found.join("report.html");
-    replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
-    if let Some(folder) = &arguments.pictures {
-        write_pictures(&page, folder, &super::export::name_of(&goal))?;
-    }
-    let files = Files {
-        found: &found,
-        export: fabricated.folder.as_deref(),
-        whole: began.elapsed(),
-        searched: searching.time,
-        from_journal: searching.from_journal,
+        searching: &searching,
         bound: &bound,
-        space: &weighed,
+        shape: &shape,
         reach: &reach,
         fronts: &fronts,
+        found: &found,
+        began,
     };
-    tell(arguments, &replica, &outcome, &page.warnings, &shape, &files);
+    work.write_and_tell()?;
     Ok(Answer::Done)
+}
+
+/// The solver's options, once all options are such as can be.
+fn checked(arguments: &Arguments) -> miette::Result<equilibrium::Options> {
+    let solver = equilibrium::Options::for_search(arguments.tolerance);
+    solver.check().into_diagnostic()?;
+    match arguments.seconds.filter(|s| !(*s > 0.0 && *s < 1e9)) {
+        Some(seconds) => Err(miette!("--seconds is {seconds}: expected a time above zero")),
+        None => Ok(solver),
+    }
+}
+
+/// A search that has ended, with all that its files and its words are made of.
+struct Work<'a> {
+    arguments: &'a Arguments,
+    goal: &'a Goal,
+    rig: &'a Rig,
+    target: &'a Target,
+    options: &'a search::Options,
+    outcome: &'a Outcome,
+    searching: &'a Searched,
+    bound: &'a str,
+    shape: &'a Shape,
+    reach: &'a Reach,
+    fronts: &'a [rules::Front],
+    found: &'a Path,
+    began: Instant,
+}
+
+impl Work<'_> {
+    /// Writes layout, printer's files and report, and says what was found.
+    fn write_and_tell(&self) -> miette::Result<()> {
+        let (arguments, goal) = (self.arguments, self.goal);
+        let record = Found::new(goal, self.target, self.outcome, self.options, arguments.tolerance);
+        let mut record = record.ok_or_else(|| nothing_found(goal, self.outcome))?;
+        self.shape.note(&mut record);
+        record.pareto = rules::found_choices(goal, self.fronts);
+        record.write(&self.found.join("layout.toml")).into_diagnostic()?;
+        let fabricated = fabricate(arguments, goal, self.outcome, &record)?;
+        let replica = Replica {
+            goal,
+            rig: self.rig,
+            target: self.target,
+            outcome: self.outcome,
+            volumes_mm3: &fabricated.volumes_mm3,
+            modes: &self.shape.modes,
+            notes: &self.shape.notes(),
+        };
+        // Moved borders change what a layout weighs.
+        let weighed = goal.weighed(self.rig);
+        let page = self.page(&replica, &weighed)?;
+        let report = self.found.join("report.html");
+        replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
+        if let Some(folder) = &arguments.pictures {
+            write_pictures(&page, folder, &super::export::name_of(goal))?;
+        }
+        let files = Files {
+            found: self.found,
+            export: fabricated.folder.as_deref(),
+            whole: self.began.elapsed(),
+            searched: self.searching.time,
+            from_journal: self.searching.from_journal,
+            bound: self.bound,
+            space: &weighed,
+            reach: self.reach,
+            fronts: self.fronts,
+        };
+        tell(
+            arguments,
+            &replica,
+            self.outcome,
+            &page.warnings,
+            self.shape,
+            &files,
+        );
+        Ok(())
+    }
+
+    fn page(&self, replica: &Replica, weighed: &Space) -> miette::Result<ReplicatePage> {
+        let goal = self.goal;
+        let facts = [
+            search_facts(
+                self.outcome,
+                self.options,
+                self.arguments,
+                self.searching,
+                self.bound,
+                goal.voxels.is_some(),
+            ),
+            self.shape.facts(goal),
+        ];
+        let mut page = replica.page(facts.concat(), provenance(goal)).into_diagnostic()?;
+        page.warnings.extend(self.shape.warnings(goal));
+        page.warnings
+            .extend(rules::overweight(goal, weighed, &self.outcome.best[0].layout));
+        page.sections = rules::sections(goal, self.reach, self.fronts);
+        Ok(page)
+    }
 }
 
 fn setting(arguments: &Arguments, found: &Path, solver: equilibrium::Options, began: Instant) -> Setting {

@@ -9,6 +9,7 @@ use crate::design::pareto::{self, Against, Choice};
 use crate::design::reach::{self, Reach, Scale};
 use crate::design::search::{Aim, Bench, Outcome, Progress};
 use crate::design::space::Space;
+use crate::design::workbench::Workbench;
 use crate::fem::equilibrium::Options;
 use crate::fem::rig::{Layout, Rig};
 use crate::report;
@@ -78,8 +79,10 @@ pub struct Front {
     pub choices: Vec<Choice>,
 }
 
-/// The sets against mass and, where the goal names prices, cost; their layouts are simulated again on `fine`.
-pub fn fronts(goal: &Goal, aim: &Aim, outcome: &Outcome, fine: &mut dyn Bench) -> Vec<Front> {
+/// The sets against mass and, where the goal names prices, cost; their layouts are simulated again at the default
+/// tolerance.
+pub fn fronts(goal: &Goal, rig: &Rig, aim: &Aim, outcome: &Outcome) -> Vec<Front> {
+    let mut fine = Workbench::new(rig, Options::default(), stop::flag(), &|_, _| {});
     let space = aim.space;
     let simulated: Vec<(Layout, Misfit)> = outcome
         .simulated

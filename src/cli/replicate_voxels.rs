@@ -19,6 +19,12 @@ use std::time::Instant;
 /// # Errors
 /// If it was.
 pub fn check(goal: &Goal, plain: bool) -> miette::Result<()> {
+    if goal.rules.cost_weight_mm > 0.0 {
+        return Err(miette!(
+            "{}: cost_weight is not known to the search for layouts of voxels: leave it out, or use layers",
+            goal.file().display()
+        ));
+    }
     if plain {
         return Ok(());
     }

@@ -256,6 +256,19 @@ pub enum FoundFileError {
     },
 }
 
+impl FoundMaterial {
+    /// Material `m` of the goal's palette.
+    fn of(goal: &Goal, m: u8) -> FoundMaterial {
+        let record = &goal.palette[m as usize].record;
+        FoundMaterial {
+            id: record.id.clone(),
+            name: record.name.clone(),
+            colour: record.colour.clone(),
+            synthetic: record.synthetic,
+        }
+    }
+}
+
 impl Found {
     /// The record of a search; `None` if it found nothing.
     pub fn new(
@@ -270,19 +283,7 @@ impl Found {
         let mut used: Vec<u8> = best.layout.clone();
         used.sort_unstable();
         used.dedup();
-        let material = used
-            .iter()
-            .map(|&m| {
-                let r = &goal.palette[m as usize].record;
-                let (name, colour) = (r.name.clone(), r.colour.clone());
-                FoundMaterial {
-                    id: r.id.clone(),
-                    name,
-                    colour,
-                    synthetic: r.synthetic,
-                }
-            })
-            .collect();
+        let material = used.iter().map(|&m| FoundMaterial::of(goal, m)).collect();
         let mut cell = Vec::new();
         let mut voxels = Vec::new();
         let cells = &goal.setup.cells;

@@ -24,8 +24,9 @@ use crate::fem::rig::{Bench, Layout, Rig};
 use crate::fem::rig_sensitivity::Doubt;
 use crate::material::law::Law;
 use crate::material::record::Uncertainty;
+use crate::math::normal::normal_pair;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -191,7 +192,7 @@ impl<'a> Judge<'a> {
                 let mut random = Xoshiro256PlusPlus::seed_from_u64(options.seed);
                 // Far apart in the generator's period: a stream for each material.
                 (0..m).for_each(|_| random.jump());
-                DMatrix::from_fn(numbers, options.samples, |_, _| normal(&mut random))
+                DMatrix::from_fn(numbers, options.samples, |_, _| normal_pair(&mut random)[0])
             })
             .collect();
         Ok(Judge {
@@ -274,7 +275,8 @@ impl<'a> Judge<'a> {
         let mut known: HashSet<Layout> = layouts.iter().cloned().collect();
         let mut forecasts = self.ranked(layouts);
         while let Some(best) = forecasts.first().cloned() {
-            let fresh: Vec<Layout> = neighbours(space, &best.layout)
+            let fresh: Vec<Layout> = space
+                .neighbours(&best.layout)
                 .into_iter()
                 .filter(|layout| known.insert(layout.clone()))
                 .collect();
@@ -295,24 +297,6 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Layouts that differ from `layout` in one cell and may be built.
-fn neighbours(space: &Space, layout: &[u8]) -> Vec<Layout> {
-    let mut result = Vec::new();
-    for cell in 0..layout.len() {
-        for m in (0..space.materials)
-            .map(|m| m as u8)
-            .filter(|m| *m != layout[cell])
-        {
-            let mut other = layout.to_vec();
-            other[cell] = m;
-            if space.allows(&other) {
-                result.push(other);
-            }
-        }
-    }
-    result
-}
-
 /// By pessimistic error, then by layout.
 fn by_pessimism(a: &Forecast, b: &Forecast) -> std::cmp::Ordering {
     let errors = a.pessimistic_rms_mm.total_cmp(&b.pessimistic_rms_mm);
@@ -326,12 +310,6 @@ pub fn deviation(modes: &[DMatrix<f64>], weights: &[(usize, f64)]) -> f64 {
         (0..own.ncols()).map(|k| of(k).powi(2)).sum()
     };
     modes.iter().map(square).sum::<f64>().sqrt()
-}
-
-/// A number of the standard normal distribution (Box and Muller 1958).
-fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
-    let radius = (-2.0 * (1.0 - random.r#gen::<f64>()).ln()).sqrt();
-    radius * (std::f64::consts::TAU * random.r#gen::<f64>()).cos()
 }
 
 #[cfg(test)]

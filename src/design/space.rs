@@ -145,6 +145,21 @@ impl Space {
         None
     }
 
+    /// The layouts that differ from `layout` in one cell and may be built.
+    pub fn neighbours(&self, layout: &[u8]) -> Vec<Vec<u8>> {
+        let mut result = Vec::new();
+        for (cell, allowed) in self.allowed.iter().enumerate() {
+            for &material in allowed.iter().filter(|&&m| m != layout[cell]) {
+                let mut other = layout.to_vec();
+                other[cell] = material;
+                if self.allows(&other) {
+                    result.push(other);
+                }
+            }
+        }
+        result
+    }
+
     /// Mass of a layout \[g\].
     pub fn mass_g(&self, layout: &[u8]) -> f64 {
         self.least(layout, &self.densities_g_per_cm3)

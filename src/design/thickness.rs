@@ -202,16 +202,7 @@ fn refine_one(
             simulations: 0,
         };
         let (start, bounds) = slabs.unknowns(&chains, &places);
-        let how = least_squares::Options {
-            max_iterations: options.most_steps,
-            gradient_tolerance: 1e-8,
-            step_tolerance: 1e-9,
-            cost_tolerance: 1e-9,
-            // Below a micrometre nothing can be printed, and readings hold no more.
-            negligible_cost: 0.5e-12,
-            ..least_squares::Options::default()
-        };
-        let minimised = minimise_problem(&mut bending, &start, &bounds, &how);
+        let minimised = minimise_problem(&mut bending, &start, &bounds, &precision(options));
         refined.simulations += bending.simulations;
         if stop.load(Ordering::Relaxed) {
             return Ok(refined);
@@ -239,6 +230,18 @@ fn refine_one(
         (refined.cells, refined.after) = (cells, after);
     }
     Ok(refined)
+}
+
+fn precision(options: &Options) -> least_squares::Options {
+    least_squares::Options {
+        max_iterations: options.most_steps,
+        gradient_tolerance: 1e-8,
+        step_tolerance: 1e-9,
+        cost_tolerance: 1e-9,
+        // Below a micrometre nothing can be printed, and readings hold no more.
+        negligible_cost: 0.5e-12,
+        ..least_squares::Options::default()
+    }
 }
 
 /// The slabs between planes, and how thin each may be.

@@ -1,9 +1,9 @@
 //! Seeded errors of measurement: independent, normally distributed, of zero mean, by the transform of Box and Muller (1958).
 
 use super::read::Noise;
-use rand::{Rng, SeedableRng};
+use crate::math::normal::normal_pair;
+use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use std::f64::consts::TAU;
 
 /// A stream of errors.
 #[derive(Clone, Debug)]
@@ -28,11 +28,8 @@ impl Errors {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
-        // 1 − u lies in (0, 1], where the logarithm is finite.
-        let (u, v): (f64, f64) = (self.source.r#gen(), self.source.r#gen());
-        let size = self.deviation_mm * (-2.0 * (1.0 - u).ln()).sqrt();
-        let (sin, cos) = (TAU * v).sin_cos();
-        self.spare = Some(size * sin);
-        size * cos
+        let [a, b] = normal_pair(&mut self.source);
+        self.spare = Some(self.deviation_mm * b);
+        self.deviation_mm * a
     }
 }

@@ -203,45 +203,34 @@ fn a_killed_search_goes_on() {
     let goal = GOAL
         .replace("layers = 2", "layers = 4")
         .replace("element_size = \"10 mm\"", "element_size = \"6 mm\"");
+    let options = ["--no-export", "--tolerance", "1e-8"];
     let folder = design(&goal);
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_pliant"))
-        .current_dir(folder.path())
-        .args([
-            "replicate",
-            ".",
-            "--json",
-            "--no-export",
-            "--tolerance",
-            "1e-8",
-            "--threads",
-            "1",
-        ])
-        .args(["--db", concat!(env!("CARGO_MANIFEST_DIR"), "/materials-db")])
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
-    // Until the first simulations are in.
-    let journal = folder.path().join("found/simulated.redb");
-    let fresh = || std::fs::metadata(&journal).map_or(0, |m| m.len());
-    let began = std::time::Instant::now();
-    while fresh() == 0 && began.elapsed().as_secs() < 60 {
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    std::thread::sleep(std::time::Duration::from_millis(400));
-    let _ = child.kill();
-    child.wait().unwrap();
-    let resumed = replicate(folder.path(), &["--no-export", "--tolerance", "1e-8"]);
+    // Later and later, until a kill comes between the first commit and the end.
+    let caught = (1..=24).find_map(|k| {
+        let _ = std::fs::remove_dir_all(folder.path().join("found"));
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_pliant"))
+            .current_dir(folder.path())
+            .args(["replicate", ".", "--threads", "1"])
+            .args(options)
+            .args(["--db", concat!(env!("CARGO_MANIFEST_DIR"), "/materials-db")])
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(250 * k));
+        let _ = child.kill();
+        child.wait().unwrap();
+        if folder.path().join("found/layout.toml").exists() {
+            return None;
+        }
+        let resumed = replicate(folder.path(), &options);
+        let count = |key: &str| resumed[key].as_u64().unwrap();
+        (count("from_journal") > 0 && count("from_journal") < count("simulations")).then_some(resumed)
+    });
+    let resumed = caught.expect("no kill came between the first commit and the end");
     let layout = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
-    let alone = replicate(
-        folder.path(),
-        &["--no-export", "--tolerance", "1e-8", "--no-journal"],
-    );
+    let alone = replicate(folder.path(), &[&options[..], &["--no-journal"]].concat());
     let fresh = std::fs::read_to_string(folder.path().join("found/layout.toml")).unwrap();
-    println!(
-        "{} of {} from the journal",
-        resumed["from_journal"], resumed["simulations"]
-    );
     assert_eq!(layout, fresh);
     assert_eq!(resumed["rms_mm"], alone["rms_mm"]);
 }

@@ -253,7 +253,7 @@ fn around(memory: &Memory, random: &mut Xoshiro256Plus) -> Vec<Layout> {
     let parents: Vec<&Layout> = ranked.iter().take(PARENTS).map(|r| &r.layout).collect();
     let mut found: BTreeSet<Layout> = BTreeSet::new();
     for parent in &parents {
-        found.extend(exchange::neighbours(space, parent));
+        found.extend(space.neighbours(parent));
     }
     for _ in 0..TWICE {
         let Some(parent) = parents.choose(random) else {

@@ -2,8 +2,6 @@
 
 use super::by_score;
 use super::memory::{Halt, Memory};
-use crate::design::space::Space;
-use crate::fem::rig::Layout;
 
 /// Polishes the `count` best layouts.
 pub(super) fn polish(memory: &mut Memory, count: usize) -> Result<(), Halt> {
@@ -11,7 +9,7 @@ pub(super) fn polish(memory: &mut Memory, count: usize) -> Result<(), Halt> {
     for (number, start) in starts.iter().take(count).enumerate() {
         let mut current = start.clone();
         loop {
-            let near = neighbours(memory.aim.space, &current.layout);
+            let near = memory.aim.space.neighbours(&current.layout);
             memory.simulate(&near, "polishing", [number + 1, count.min(starts.len())])?;
             let rated = near.iter().filter_map(|layout| memory.get(layout));
             match rated.map(|entry| &entry.ranked).min_by(|a, b| by_score(a, b)) {
@@ -21,19 +19,4 @@ pub(super) fn polish(memory: &mut Memory, count: usize) -> Result<(), Halt> {
         }
     }
     Ok(())
-}
-
-/// The layouts that differ from `layout` in one cell and may be built.
-pub(super) fn neighbours(space: &Space, layout: &[u8]) -> Vec<Layout> {
-    let mut result = Vec::new();
-    for (cell, allowed) in space.allowed.iter().enumerate() {
-        for &material in allowed.iter().filter(|&&m| m != layout[cell]) {
-            let mut other = layout.to_vec();
-            other[cell] = material;
-            if space.allows(&other) {
-                result.push(other);
-            }
-        }
-    }
-    result
 }
