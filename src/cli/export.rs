@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
         .clone()
         .unwrap_or_else(|| Path::new("export").join(&name));
     let parts = export_parts(&goal, tiling);
-    let meta = super::replicate::export_meta(&goal, &found);
+    let meta = super::replicate_outcome::export_meta(&goal, &found);
     let manifest = write_export(&folder, &name, &parts, &meta).into_diagnostic()?;
     if arguments.json {
         say(&serde_json::to_string_pretty(&manifest).into_diagnostic()?);

@@ -14,6 +14,7 @@ pub mod measure;
 pub mod object;
 pub mod progress;
 pub mod replicate;
+mod replicate_outcome;
 mod replicate_rules;
 mod replicate_shape;
 mod replicate_voxels;

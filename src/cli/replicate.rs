@@ -1,29 +1,19 @@
 //! `pliant replicate`: from a goal to the layout, the report and the files for the printer.
 
 use super::Answer;
+use super::replicate_outcome::{Work, bound_words};
 use super::replicate_rules as rules;
-use super::replicate_shape::{Shape, Shaping};
+use super::replicate_shape::Shaping;
 use super::replicate_voxels;
-use super::searching::{Searched, Setting, Team};
+use super::searching::{Setting, Team};
 use super::terminal::{say, warn};
-use crate::design::found::{Found, sha256};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
-use crate::design::reach::Reach;
-use crate::design::search::{self, Aim, Basis, Method, Outcome};
-use crate::design::space::Space;
-use crate::fabrication::export::ExportMeta;
-use crate::fabrication::layout::{self, export_options, tile_layout};
+use crate::design::search::{self, Aim, Method};
 use crate::fem::equilibrium;
 use crate::fem::rig::Rig;
 use crate::material::database::Database;
-use crate::report::page::{Fact, ReplicatePage};
-use crate::report::replicate::Replica;
-use crate::report::table::layout_table;
-use crate::report::ticks::{duration, significant};
-use crate::units::whole_file::replace_file;
 use miette::{IntoDiagnostic, miette};
-use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -67,10 +57,10 @@ pub struct Arguments {
     /// Seed of all random choices
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Accuracy of each simulation in the search, as a share of load and displacement; the layouts that are reported are
-    /// simulated again at 1e-8
-    #[arg(long, value_name = "T", default_value_t = 1e-5)]
-    tolerance: f64,
+    /// Accuracy of each simulation in the search, as a share of load and displacement; the best layouts, as far as that may
+    /// have swapped them, are simulated again at 1e-8 [default: 1e-5; 1e-3 with --method exhaustive]
+    #[arg(long, value_name = "T")]
+    tolerance: Option<f64>,
     /// Threads [default: all cores]; the answer does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -96,6 +86,22 @@ pub struct Arguments {
     /// Answer in JSON, for machines
     #[arg(long)]
     json: bool,
+}
+
+impl Arguments {
+    /// The accuracy asked for, or the one that serves the method.
+    fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(match self.method {
+            Way::Exhaustive => 1e-3,
+            Way::Anytime | Way::Paper => 1e-5,
+        })
+    }
+
+    /// Where the printer's files go; `None` if none are wanted.
+    fn export(&self, goal: &Goal) -> Option<PathBuf> {
+        let own = || Path::new("export").join(super::export::name_of(goal));
+        (!self.no_export).then(|| self.export.clone().unwrap_or_else(own))
+    }
 }
 
 /// The ways to search.
@@ -157,9 +163,9 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         .unwrap_or_else(|| goal.folder().join("found"));
     let setting = setting(arguments, &found, solver, began);
     if !team.leads() {
-        // Voxels are searched by one process, whose threads share the examples.
-        if goal.voxels.is_none() {
-            team.serve(&rig, &setting);
+        match &goal.voxels {
+            Some(rules) => team.serve_mixtures(&rig, rules, &setting),
+            None => team.serve(&rig, &setting),
         }
         return Ok(Answer::Done);
     }
@@ -170,27 +176,32 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     };
     let searching = match &goal.voxels {
         Some(rules) => {
-            replicate_voxels::search(&goal, &rig, &aim, rules, &all, arguments.tolerance, &setting)?
+            let task = replicate_voxels::Task {
+                goal: &goal,
+                rig: &rig,
+                aim: &aim,
+                rules,
+                pareto: arguments.pareto,
+            };
+            replicate_voxels::search(team, &task, &all, arguments.tolerance(), &setting)?
         }
         None => team.search(&rig, &aim, &all, &setting)?,
     };
     let mut outcome = searching.outcome.clone();
     // Of the layers as drawn and the materials as fitted, which the steps below leave.
-    let bound = match goal.voxels {
-        Some(_) => "no bound is known for layouts of voxels".to_string(),
-        None => bound_words(&outcome),
-    };
+    let bound = bound_words(&outcome, goal.voxels.is_some());
     let fronts = match arguments.pareto {
         true => rules::fronts(&goal, &rig, &aim, &outcome),
         false => Vec::new(),
     };
     let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, options.listed)?;
+    let export = arguments.export(&goal);
     let work = Work {
-        arguments,
         goal: &goal,
         rig: &rig,
         target: &target,
         options: &options,
+        tolerance: arguments.tolerance(),
         outcome: &outcome,
         searching: &searching,
         bound: &bound,
@@ -198,6 +209,9 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         reach: &reach,
         fronts: &fronts,
         found: &found,
+        export: export.as_deref(),
+        pictures: arguments.pictures.as_deref(),
+        json: arguments.json,
         began,
     };
     work.write_and_tell()?;
@@ -206,99 +220,11 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
 
 /// The solver's options, once all options are such as can be.
 fn checked(arguments: &Arguments) -> miette::Result<equilibrium::Options> {
-    let solver = equilibrium::Options::for_search(arguments.tolerance);
+    let solver = equilibrium::Options::for_search(arguments.tolerance());
     solver.check().into_diagnostic()?;
     match arguments.seconds.filter(|s| !(*s > 0.0 && *s < 1e9)) {
         Some(seconds) => Err(miette!("--seconds is {seconds}: expected a time above zero")),
         None => Ok(solver),
-    }
-}
-
-/// A search that has ended, with all that its files and its words are made of.
-struct Work<'a> {
-    arguments: &'a Arguments,
-    goal: &'a Goal,
-    rig: &'a Rig,
-    target: &'a Target,
-    options: &'a search::Options,
-    outcome: &'a Outcome,
-    searching: &'a Searched,
-    bound: &'a str,
-    shape: &'a Shape,
-    reach: &'a Reach,
-    fronts: &'a [rules::Front],
-    found: &'a Path,
-    began: Instant,
-}
-
-impl Work<'_> {
-    /// Writes layout, printer's files and report, and says what was found.
-    fn write_and_tell(&self) -> miette::Result<()> {
-        let (arguments, goal) = (self.arguments, self.goal);
-        let record = Found::new(goal, self.target, self.outcome, self.options, arguments.tolerance);
-        let mut record = record.ok_or_else(|| nothing_found(goal, self.outcome))?;
-        self.shape.note(&mut record);
-        record.pareto = rules::found_choices(goal, self.fronts);
-        record.write(&self.found.join("layout.toml")).into_diagnostic()?;
-        let fabricated = fabricate(arguments, goal, self.outcome, &record)?;
-        let replica = Replica {
-            goal,
-            rig: self.rig,
-            target: self.target,
-            outcome: self.outcome,
-            volumes_mm3: &fabricated.volumes_mm3,
-            modes: &self.shape.modes,
-            notes: &self.shape.notes(),
-        };
-        // Moved borders change what a layout weighs.
-        let weighed = goal.weighed(self.rig);
-        let page = self.page(&replica, &weighed)?;
-        let report = self.found.join("report.html");
-        replace_file(&report, page.html().as_bytes()).into_diagnostic()?;
-        if let Some(folder) = &arguments.pictures {
-            write_pictures(&page, folder, &super::export::name_of(goal))?;
-        }
-        let files = Files {
-            found: self.found,
-            export: fabricated.folder.as_deref(),
-            whole: self.began.elapsed(),
-            searched: self.searching.time,
-            from_journal: self.searching.from_journal,
-            bound: self.bound,
-            space: &weighed,
-            reach: self.reach,
-            fronts: self.fronts,
-        };
-        tell(
-            arguments,
-            &replica,
-            self.outcome,
-            &page.warnings,
-            self.shape,
-            &files,
-        );
-        Ok(())
-    }
-
-    fn page(&self, replica: &Replica, weighed: &Space) -> miette::Result<ReplicatePage> {
-        let goal = self.goal;
-        let facts = [
-            search_facts(
-                self.outcome,
-                self.options,
-                self.arguments,
-                self.searching,
-                self.bound,
-                goal.voxels.is_some(),
-            ),
-            self.shape.facts(goal),
-        ];
-        let mut page = replica.page(facts.concat(), provenance(goal)).into_diagnostic()?;
-        page.warnings.extend(self.shape.warnings(goal));
-        page.warnings
-            .extend(rules::overweight(goal, weighed, &self.outcome.best[0].layout));
-        page.sections = rules::sections(goal, self.reach, self.fronts);
-        Ok(page)
     }
 }
 
@@ -310,19 +236,6 @@ fn setting(arguments: &Arguments, found: &Path, solver: equilibrium::Options, be
         journal: (!arguments.no_journal).then(|| arguments.journal.clone().unwrap_or_else(own)),
         quiet: arguments.json,
     }
-}
-
-fn nothing_found(goal: &Goal, outcome: &Outcome) -> miette::Report {
-    let file = goal.file().display();
-    let count = outcome.simulations;
-    if outcome.stop == search::Stop::Interrupted {
-        return miette!(
-            "{file}: stopped after {count} simulated layouts, none of which is in equilibrium under all loads; give it more time"
-        );
-    }
-    miette!(
-        "{file}: none of {count} simulated layouts is in equilibrium under all loads; lower the forces, or add stiffer materials to the palette"
-    )
 }
 
 /// The share of the largest target displacement below which an error is nothing to look further for.
@@ -339,24 +252,6 @@ fn search_options(arguments: &Arguments, target: &Target) -> search::Options {
         most_simulations: arguments.simulations,
         good_enough_mm: GOOD_ENOUGH * target.largest_mm(),
         ..search::Options::default()
-    }
-}
-
-/// What no layout can be better than, in words.
-fn bound_words(outcome: &Outcome) -> String {
-    let bound = &outcome.bound;
-    match bound.basis {
-        Basis::Enumerated => format!("best possible: {}", bound.basis),
-        Basis::Nothing => "no bound: a material alone has no equilibrium under the loads".into(),
-        _ => format!(
-            "no layout can be better than {} mm, a gap of {} mm; this {}",
-            significant(bound.score_mm, 3),
-            significant(outcome.gap_mm(), 3),
-            match bound.basis {
-                Basis::Broken { .. } | Basis::Learned { .. } => format!("is {}", bound.basis),
-                _ => bound.basis.to_string(),
-            }
-        ),
     }
 }
 
@@ -388,202 +283,4 @@ fn introduce(goal: &Goal, quiet: bool) {
         "{}: {:.1} × {:.1} × {:.1} mm, {cells} cells, {materials} base materials: {shown} possible layouts",
         goal.name, size.x, size.y, size.z
     ));
-}
-
-struct Fabricated {
-    folder: Option<PathBuf>,
-    volumes_mm3: Vec<(usize, f64)>,
-}
-
-/// Tiles the best layout and writes the printer's files.
-fn fabricate(
-    arguments: &Arguments,
-    goal: &Goal,
-    outcome: &Outcome,
-    record: &Found,
-) -> miette::Result<Fabricated> {
-    let best = &outcome.best[0];
-    let tiling = tile_layout(goal, &best.layout, None, &export_options(goal))
-        .map_err(|e| miette!("{}: {e}", goal.file().display()))?;
-    let volumes_mm3 = tiling.parts.iter().map(|p| (p.label, p.volume_mm3)).collect();
-    if arguments.no_export {
-        return Ok(Fabricated {
-            folder: None,
-            volumes_mm3,
-        });
-    }
-    let name = super::export::name_of(goal);
-    let folder = arguments
-        .export
-        .clone()
-        .unwrap_or_else(|| Path::new("export").join(&name));
-    let parts = layout::export_parts(goal, tiling);
-    let meta = export_meta(goal, record);
-    crate::fabrication::export::write_export(&folder, &name, &parts, &meta).into_diagnostic()?;
-    Ok(Fabricated {
-        folder: Some(folder),
-        volumes_mm3,
-    })
-}
-
-/// What the manifest says of the layout's origin.
-pub fn export_meta(goal: &Goal, record: &Found) -> ExportMeta {
-    let origin = [
-        ("goal".to_string(), goal.file().display().to_string()),
-        ("goal_sha256".to_string(), record.goal_sha256.clone()),
-        ("rms_error_mm".to_string(), format!("{}", record.error.rms_mm)),
-    ];
-    ExportMeta {
-        title: Some(goal.name.clone()),
-        description: None,
-        origin: origin.into_iter().collect(),
-    }
-}
-
-fn search_facts(
-    outcome: &Outcome,
-    options: &search::Options,
-    arguments: &Arguments,
-    searching: &Searched,
-    bound: &str,
-    are_voxels: bool,
-) -> Vec<Fact> {
-    let method = match options.method {
-        _ if are_voxels => "relaxed to mixtures, rounded, materials exchanged".to_string(),
-        Method::Exhaustive => "every layout simulated".to_string(),
-        Method::Paper => format!(
-            "thesis' decision tree, K = {} clusters a level, {} best layouts polished; its culling is not conservative",
-            options.clusters, options.polished
-        ),
-        Method::Anytime => format!(
-            "learning, {} best layouts polished, then a best-first tree",
-            options.polished
-        ),
-    };
-    vec![
-        Fact::new("method", method),
-        Fact::new("ended", format!("{:?}", outcome.stop).to_lowercase()),
-        Fact::new("bound", bound),
-        Fact::new("seed", options.seed),
-        Fact::new("simulated layouts", outcome.simulations),
-        Fact::new("of these from the journal", searching.from_journal),
-        Fact::new("without equilibrium", outcome.failed),
-        Fact::new("nodes culled", outcome.culled),
-        Fact::new("nodes merged", outcome.merged),
-        Fact::new("tolerance of a simulation", format!("{:e}", arguments.tolerance)),
-        Fact::new("search time", duration(searching.time.as_secs_f64())),
-    ]
-}
-
-fn provenance(goal: &Goal) -> Vec<Fact> {
-    vec![
-        Fact::new("pliant", env!("CARGO_PKG_VERSION")),
-        Fact::new("goal", goal.file().display()),
-        Fact::new("goal SHA-256", sha256(goal.setup.document.text.as_bytes())),
-    ]
-}
-
-/// Writes every figure of the page to `folder/NAME-FIGURE.svg`.
-fn write_pictures(page: &ReplicatePage, folder: &Path, name: &str) -> miette::Result<()> {
-    let more = page.sections.iter().flat_map(|section| &section.figures);
-    for figure in page.pictures.iter().chain(&page.plots).chain(more) {
-        let file = folder.join(format!("{name}-{}.svg", super::export::plain(&figure.name)));
-        replace_file(&file, figure.drawing.as_str().as_bytes())
-            .map_err(|e| miette!("{}: cannot be written: {e}", file.display()))?;
-    }
-    Ok(())
-}
-
-struct Files<'a> {
-    found: &'a Path,
-    export: Option<&'a Path>,
-    whole: Duration,
-    searched: Duration,
-    from_journal: usize,
-    bound: &'a str,
-    space: &'a Space,
-    reach: &'a Reach,
-    fronts: &'a [rules::Front],
-}
-
-fn tell(
-    arguments: &Arguments,
-    replica: &Replica,
-    outcome: &Outcome,
-    warnings: &[String],
-    shape: &Shape,
-    files: &Files,
-) {
-    let best = &outcome.best[0];
-    let layout = files.found.join("layout.toml");
-    if arguments.json {
-        let mut answer = json!({
-            "rms_mm": best.misfit.rms_mm,
-            "max_mm": best.misfit.max_mm,
-            "largest_target_mm": replica.target.largest_mm(),
-            "best_single_material_rms_mm": outcome.best_uniform.as_ref().map(|u| u.misfit.rms_mm),
-            // Thousands of voxels stand in the layout's file.
-            "cells": best.layout.iter().enumerate().filter(|_| replica.goal.voxels.is_none()).map(|(c, &m)| json!({
-                "cell": replica.goal.setup.cells.name(c),
-                "material": replica.goal.palette[m as usize].record.id,
-            })).collect::<Vec<_>>(),
-            "ended": outcome.stop,
-            "simulations": outcome.simulations,
-            "from_journal": files.from_journal,
-            "failed": outcome.failed,
-            "culled": outcome.culled,
-            "bound_mm": outcome.bound.score_mm,
-            "gap_mm": outcome.gap_mm(),
-            "bound_rests_on": outcome.bound.basis,
-            "search_s": files.searched.as_secs_f64(),
-            "whole_s": files.whole.as_secs_f64(),
-            "layout": layout,
-            "report": files.found.join("report.html"),
-            "export": files.export,
-            "mass_g": files.space.mass_g(&best.layout),
-            "cost": replica.goal.rules.currency.as_ref().map(|_| files.space.cost(&best.layout)),
-            "currency": replica.goal.rules.currency,
-            "out_of_reach": rules::reach_json(files.reach, replica.goal),
-            "pareto": rules::found_choices(replica.goal, files.fronts),
-            "warnings": warnings,
-        });
-        shape.put(&mut answer);
-        say(&format!("{answer:#}"));
-        return;
-    }
-    let mut rows = replica.rows();
-    let kept = rows.len().min(5);
-    let last = rows.split_off(
-        rows.len()
-            .saturating_sub(usize::from(outcome.best_uniform.is_some())),
-    );
-    rows.truncate(kept);
-    rows.extend(last);
-    say(&layout_table(&rows));
-    say(&replica.summary(best));
-    if arguments.method == Way::Paper {
-        say("the thesis' culling is not conservative: a better layout may have been passed by");
-    }
-    say(files.bound);
-    for fact in shape.facts(replica.goal) {
-        say(&format!("{}: {}", fact.name, fact.value));
-    }
-    rules::tell_fronts(replica.goal, files.fronts);
-    for warning in warnings {
-        warn(&format!("warning: {warning}"));
-    }
-    say(&format!(
-        "{} layouts simulated ({} of them before), {} without equilibrium, {} nodes culled; search {}, in all {}",
-        outcome.simulations,
-        files.from_journal,
-        outcome.failed,
-        outcome.culled,
-        duration(files.searched.as_secs_f64()),
-        duration(files.whole.as_secs_f64())
-    ));
-    say(&format!("layout  {}", layout.display()));
-    say(&format!("report  {}", files.found.join("report.html").display()));
-    if let Some(export) = files.export {
-        say(&format!("export  {}", export.display()));
-    }
 }

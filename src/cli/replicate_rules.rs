@@ -143,14 +143,21 @@ pub fn found_choices(goal: &Goal, fronts: &[Front]) -> Vec<FoundChoice> {
             mass_g: choice.mass_g,
             cost: currency.is_some().then_some(choice.cost),
             currency: currency.clone(),
-            materials: choice
-                .layout
-                .iter()
-                .map(|&m| goal.palette[m as usize].record.id.clone())
-                .collect(),
+            materials: materials(goal, &choice.layout),
         })
     });
     rows.collect()
+}
+
+/// Ids of the materials: each cell's, or with voxels, which are too many, each once.
+fn materials(goal: &Goal, layout: &[u8]) -> Vec<String> {
+    let mut numbers = layout.to_vec();
+    if goal.voxels.is_some() {
+        numbers.sort_unstable();
+        numbers.dedup();
+    }
+    let id = |&m: &u8| goal.palette[m as usize].record.id.clone();
+    numbers.iter().map(id).collect()
 }
 
 /// The page's sections: what is out of reach, and the sets.

@@ -7,11 +7,15 @@ use crate::design::journal::Journal;
 #[cfg(feature = "mpi")]
 use crate::design::processes::Processes;
 use crate::design::search::{self, Aim, Bench, Outcome, Progress};
+use crate::design::voxels::bench::{MixtureBench, OwnMixtures};
+use crate::design::voxels::rules::VoxelRules;
 use crate::design::workbench::Workbench;
 use crate::fem::equilibrium;
+use crate::fem::mixture::Mixtures;
 use crate::fem::rig::Rig;
 use miette::IntoDiagnostic;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// How to search, apart from what the method itself is told.
@@ -24,6 +28,14 @@ pub struct Setting {
     pub journal: Option<PathBuf>,
     /// Show no progress.
     pub quiet: bool,
+}
+
+impl Setting {
+    /// Is it time to end?
+    pub fn cancelled(&self) -> impl Fn() -> bool + Sync + use<> {
+        let (flag, until) = (stop::flag(), self.until);
+        move || flag.load(Ordering::Relaxed) || until.is_some_and(|t| Instant::now() >= t)
+    }
 }
 
 /// A search that has ended.
@@ -71,6 +83,35 @@ impl Team {
         }
         #[cfg(not(feature = "mpi"))]
         let _ = (rig, setting);
+    }
+
+    /// A bench of mixtures for `rules`, of all processes.
+    pub fn mixtures<'a>(
+        &'a self,
+        rig: &'a Rig,
+        rules: &'a VoxelRules,
+        cancelled: &'a (dyn Fn() -> bool + Sync),
+    ) -> Box<dyn MixtureBench + 'a> {
+        let all = Mixtures::new(rig, rules.variable_of_cell.len());
+        #[cfg(feature = "mpi")]
+        if let Some(processes) = &self.processes {
+            let own = OwnMixtures::new(all.only(processes.presses(rig)), rules, cancelled);
+            return Box::new(processes.mixtures(Box::new(own), rig));
+        }
+        Box::new(OwnMixtures::new(all, rules, cancelled))
+    }
+
+    /// Simulates mixtures for the leader until it has finished.
+    pub fn serve_mixtures(&self, rig: &Rig, rules: &VoxelRules, setting: &Setting) {
+        #[cfg(feature = "mpi")]
+        if let Some(processes) = &self.processes {
+            let cancelled = setting.cancelled();
+            let all = Mixtures::new(rig, rules.variable_of_cell.len());
+            let mut own = OwnMixtures::new(all.only(processes.presses(rig)), rules, &cancelled);
+            processes.serve_mixtures(&mut own);
+        }
+        #[cfg(not(feature = "mpi"))]
+        let _ = (rig, rules, setting);
     }
 
     /// Searches, and simulates what is listed again at the default tolerance.

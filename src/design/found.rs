@@ -223,7 +223,7 @@ pub struct FoundChoice {
     pub cost: Option<f64>,
     /// The currency.
     pub currency: Option<String>,
-    /// Id of each cell's material.
+    /// Id of each cell's material; with voxels of each material once.
     pub materials: Vec<String>,
 }
 

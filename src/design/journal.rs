@@ -18,10 +18,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Key of a response: the first half of its SHA-256.
-type Key = [u8; 16];
+pub(super) type Key = [u8; 16];
 
 /// Whole or not, then the displacements, eight bytes each, low byte first.
 const RESPONSES: TableDefinition<Key, &[u8]> = TableDefinition::new("responses, 1");
+/// What was chosen on the way, as the search for layouts of voxels packs it.
+const DECISIONS: TableDefinition<Key, &[u8]> = TableDefinition::new("decisions, 1");
 /// About as much work is lost by a kill.
 const BETWEEN_COMMITS: Duration = Duration::from_secs(2);
 /// Layouts in the first transaction.
@@ -106,7 +108,7 @@ impl Journal {
         }
     }
 
-    fn read(&self, keys: &[Key]) -> Result<Vec<Option<Response>>, JournalError> {
+    pub(super) fn read(&self, keys: &[Key]) -> Result<Vec<Option<Response>>, JournalError> {
         let reading = self.store.begin_read().map_err(|e| self.broken(e))?;
         let table = match reading.open_table(RESPONSES) {
             Ok(table) => table,
@@ -122,7 +124,7 @@ impl Journal {
             .map_err(|e| self.broken(e))
     }
 
-    fn write(&self, entries: &[(Key, &Response)]) -> Result<(), JournalError> {
+    pub(super) fn write(&self, entries: &[(Key, &Response)]) -> Result<(), JournalError> {
         let writing = self.store.begin_write().map_err(|e| self.broken(e))?;
         {
             let mut table = writing.open_table(RESPONSES).map_err(|e| self.broken(e))?;
@@ -134,10 +136,30 @@ impl Journal {
         }
         writing.commit().map_err(|e| self.broken(e))
     }
+
+    pub(super) fn decision(&self, key: &Key) -> Result<Option<Vec<u8>>, JournalError> {
+        let reading = self.store.begin_read().map_err(|e| self.broken(e))?;
+        let table = match reading.open_table(DECISIONS) {
+            Ok(table) => table,
+            Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
+            Err(error) => return Err(self.broken(error)),
+        };
+        let found = table.get(key).map_err(|e| self.broken(e))?;
+        Ok(found.map(|value| value.value().to_vec()))
+    }
+
+    pub(super) fn decide(&self, key: &Key, chosen: &[u8]) -> Result<(), JournalError> {
+        let writing = self.store.begin_write().map_err(|e| self.broken(e))?;
+        {
+            let mut table = writing.open_table(DECISIONS).map_err(|e| self.broken(e))?;
+            table.insert(key, chosen).map_err(|e| self.broken(e))?;
+        }
+        writing.commit().map_err(|e| self.broken(e))
+    }
 }
 
 /// What the response of any layout depends on, but for its laws.
-fn identity(rig: &Rig) -> [u8; 32] {
+pub(super) fn identity(rig: &Rig) -> [u8; 32] {
     let mut hash = Sha256::new();
     let mesh = &rig.model.mesh;
     hash.update(format!("{:?}", mesh.elements));

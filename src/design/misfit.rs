@@ -68,6 +68,13 @@ impl Target {
             .fold(0.0, |m: f64, (length, _, _)| m.max(length))
     }
 
+    /// Number of pairs that were measured.
+    pub fn measured_pairs(&self) -> usize {
+        self.lengths(|_, target| target)
+            .filter(|(_, measured, _)| *measured > 0)
+            .count()
+    }
+
     /// Does any pair have a tolerance?
     pub fn is_tolerant(&self) -> bool {
         self.tolerances_mm.iter().any(|t| *t > 0.0)

@@ -106,6 +106,10 @@ const LEAST_FACE: f64 = 0.05;
 const UNDER: f64 = 1e-3;
 /// Most nodes that are looked at to find a layout that keeps all rules.
 const MOST_STEPS: usize = 100_000;
+/// Most cells that are looked at in all these nodes.
+const MOST_VISITS: usize = 20_000_000;
+/// Most cells among which a layout is looked for: with more, none is found in that many visits.
+const MOST_CELLS: usize = 4000;
 
 impl Goal {
     /// The layouts that keep the goal's rules.
@@ -243,7 +247,8 @@ impl Goal {
             );
             return Err(document.mistake(&rules.most_cost_at, message));
         }
-        if space.is_possible(MOST_STEPS) != Some(false) {
+        let steps = MOST_STEPS.min(MOST_VISITS / space.cells.max(1));
+        if space.cells > MOST_CELLS || space.is_possible(steps) != Some(false) {
             return Ok(());
         }
         let free = Space::free(space.cells, space.materials);
@@ -290,7 +295,7 @@ impl Goal {
             ),
         ];
         for (name, at, loosened) in &without {
-            if loosened.is_possible(MOST_STEPS) == Some(true) {
+            if loosened.is_possible(steps) == Some(true) {
                 let message = format!(
                     "no layout keeps all rules of [palette]; without {name} there are some: loosen it, or another rule"
                 );

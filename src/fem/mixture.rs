@@ -28,6 +28,7 @@ use crate::numerics::gmres::Side;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The rig for mixtures.
 #[derive(Debug)]
@@ -36,6 +37,8 @@ pub struct Mixtures<'a> {
     /// For each element, the cells that it lies in with their shares of its volume.
     cells_of_element: Vec<Vec<(u16, f64)>>,
     cells: usize,
+    /// Which presses of the rig.
+    presses: Range<usize>,
 }
 
 /// Mixtures, pressed.
@@ -89,12 +92,23 @@ impl<'a> Mixtures<'a> {
             rig,
             cells_of_element,
             cells,
+            presses: 0..rig.presses.len(),
         }
+    }
+
+    /// The same with some of the rig's presses alone: what is asked of others is not answered.
+    pub fn only(self, presses: Range<usize>) -> Mixtures<'a> {
+        Mixtures { presses, ..self }
     }
 
     /// The rig.
     pub fn rig(&self) -> &Rig {
         self.rig
+    }
+
+    /// The presses that are answered.
+    pub fn presses(&self) -> Range<usize> {
+        self.presses.clone()
     }
 
     /// Volume of the object in each cell \[mm³\], `(cells)`.
@@ -149,7 +163,7 @@ impl<'a> Mixtures<'a> {
         touching
     }
 
-    /// Presses as all examples say, side by side on all threads. `shares`, `(cells × materials)`, none negative.
+    /// Presses as the examples say, side by side on all threads. `shares`, `(cells × materials)`, none negative.
     ///
     /// # Errors
     /// [`MixtureError`]: memory.
@@ -165,7 +179,8 @@ impl<'a> Mixtures<'a> {
             laws: &laws,
             cell_of_point: &material_of_point,
         };
-        let curves = on_threads(&self.rig.presses, |_, presses| {
+        let own = &self.rig.presses[self.presses.clone()];
+        let curves = on_threads(own, |_, presses| {
             let mut solver = Solver::new(&model)?;
             if solver.start(&materials).is_err() {
                 return Ok(presses.iter().map(|_| (Vec::new(), false)).collect());
@@ -177,11 +192,11 @@ impl<'a> Mixtures<'a> {
             Ok(presses.iter().map(curve).collect())
         })?;
         let mut response = Response {
-            displacements: Vec::with_capacity(self.rig.components()),
+            displacements: Vec::new(),
             complete: true,
         };
         let mut levels = Vec::with_capacity(curves.len());
-        for (press, (reached, complete)) in self.rig.presses.iter().zip(curves) {
+        for (press, (reached, complete)) in own.iter().zip(curves) {
             response.displacements.extend(press.series(&reached));
             response.complete &= complete;
             levels.push(reached);
@@ -216,7 +231,7 @@ impl<'a> Mixtures<'a> {
         Ok((model, material_of_point))
     }
 
-    /// Derivatives of `readings`, ordered by press, with respect to the share of each material in each variable,
+    /// Derivatives of `readings`, ordered by press and all of presses that are answered, with respect to the share of each material in each variable,
     /// `(readings × (variables · materials))` \[mm\], by one adjoint solve each to `tolerance`. `variable_of_cell` says which
     /// cells share a variable. At a level that was not reached, or where the tangent is not positive definite, they are those
     /// of the last level before in proportion to the load, or zero.
@@ -239,16 +254,17 @@ impl<'a> Mixtures<'a> {
             laws: &laws,
             cell_of_point: &pressed.material_of_point,
         };
-        let blocks = on_threads(&self.rig.presses, |first, presses| {
+        let own = self.presses.clone();
+        let blocks = on_threads(&self.rig.presses[own.clone()], |first, presses| {
             let mut solver = Solver::new(&pressed.model)?;
             let mut parts = Vec::new();
-            for k in first..first + presses.len() {
+            for k in own.start + first..own.start + first + presses.len() {
                 let own: Vec<&Reading> = readings.iter().filter(|r| r.press == k).collect();
                 let mut part = DMatrix::zeros(own.len(), columns);
                 let mut done: Option<usize> = None;
                 for level in 0..self.rig.presses[k].factors.len() {
                     let rows: Vec<usize> = (0..own.len()).filter(|&i| own[i].level == level).collect();
-                    let u = pressed.levels[k].get(level);
+                    let u = pressed.levels[k - self.presses.start].get(level);
                     if let Some(u) = u.filter(|u| solver.tangent_at(u, &materials).is_ok()) {
                         let adjoints = self.adjoints(&mut solver, k, &own, &rows, tolerance);
                         self.add_products(block, u, &adjoints, &rows, variable_of_cell, &mut part);

@@ -4,6 +4,7 @@ use super::colour::Colour;
 use super::layouts::{CellChoice, LayoutRow};
 use super::page::{Figure, PageSection};
 use super::plot::{LinePlot, Series, Style};
+use super::replicate::shares;
 use super::table::{Look, drawn};
 use super::ticks::significant;
 use crate::design::goal::Goal;
@@ -74,6 +75,13 @@ fn rows(goal: &Goal, choices: &[Choice]) -> Vec<Vec<String>> {
 }
 
 fn materials(goal: &Goal, layout: &[u8]) -> String {
+    if goal.setup.cells.has_voxels() {
+        let name = |m: u8| &goal.palette[m as usize].record.name;
+        let words: Vec<String> = shares(layout, goal.palette.len())
+            .map(|(m, percent)| format!("{percent:.1} % {}", name(m)))
+            .collect();
+        return words.join("; ");
+    }
     let cells = layout.iter().enumerate().map(|(cell, &m)| {
         let record = &goal.palette[m as usize].record;
         CellChoice {

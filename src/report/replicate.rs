@@ -419,7 +419,7 @@ impl Replica<'_> {
 }
 
 /// The materials of a layout, each with its share of the cells in percent.
-fn shares(layout: &[u8], materials: usize) -> impl Iterator<Item = (u8, f64)> {
+pub(super) fn shares(layout: &[u8], materials: usize) -> impl Iterator<Item = (u8, f64)> {
     let count = |m: u8| layout.iter().filter(|&&own| own == m).count();
     let all = layout.len().max(1) as f64;
     let rows: Vec<(u8, f64)> = (0..materials)

@@ -59,7 +59,21 @@ fn design(goal: &str) -> tempfile::TempDir {
 /// without.
 #[test]
 fn one_two_and_four_processes_find_the_same() {
-    let folder = design(GOAL);
+    all_find_the_same(GOAL);
+}
+
+/// Voxels, whose examples the processes share: there are fewer of these than processes.
+#[test]
+fn voxels_are_found_the_same() {
+    let more = GOAL[GOAL.find("[[example]]").unwrap()..].replace("\"press\"", "\"another\"");
+    let voxels = GOAL
+        .replace("layers = 4", "voxels = [5, 4, 3]")
+        .replace("point_mm = [25", "point_mm = [15");
+    all_find_the_same(&(voxels + &more.replace("0.9, 1.7", "0.8, 1.5")));
+}
+
+fn all_find_the_same(goal: &str) {
+    let folder = design(goal);
     let mut found = Vec::new();
     for (processes, journal) in [
         (1, "--no-journal"),

@@ -22,6 +22,8 @@ type Rated = (Vec<u8>, f64);
 pub struct Outcome {
     pub best_rms_mm: f64,
     pub simulations: usize,
+    /// Simulations and best error after each generation \[mm\].
+    pub history: Vec<(usize, f64)>,
 }
 
 /// Runs until `most` simulations or `budget` are spent. `counts` are the voxels along x, y and z, x running fastest.
@@ -72,6 +74,7 @@ pub fn run(
     let mut population = rate(first.collect());
     let mut simulations = POPULATION;
     sort(&mut population);
+    let mut history = vec![(simulations, population[0].1)];
     while simulations < most && began.elapsed() < budget {
         let children = (ELITE..POPULATION)
             .map(|k| {
@@ -106,10 +109,12 @@ pub fn run(
         population.truncate(ELITE);
         population.extend(rated);
         sort(&mut population);
+        history.push((simulations, population[0].1));
     }
     Outcome {
         best_rms_mm: population[0].1,
         simulations,
+        history,
     }
 }
 

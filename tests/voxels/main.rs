@@ -5,3 +5,4 @@ mod genetic;
 mod mixtures;
 mod search;
 mod support;
+mod twin;

@@ -1,139 +1,17 @@
 //! The search for layouts of voxels: against a genetic algorithm, and with its rules.
 
-use crate::genetic;
-use crate::support::{PLACES, goal, goal_text, rig};
-use pliant::design::goal::Goal;
-use pliant::design::misfit::Target;
-use pliant::design::space::Space;
+use crate::twin::{Twin, compare, twin};
+use nalgebra::DMatrix;
+use pliant::design::journal::Journal;
+use pliant::design::search::{Aim, Basis};
+use pliant::design::space::{Space, distinct};
+use pliant::design::voxels::bench::{Key, MixtureBench, OwnMixtures};
+use pliant::design::voxels::kept::JournalledMixtures;
 use pliant::design::voxels::rules::VoxelRules;
 use pliant::design::voxels::{Found, Options, search};
-use pliant::fem::equilibrium;
-use pliant::fem::example::MeasuredPoint;
-use pliant::fem::rig::Rig;
-use pliant::math::Vec3;
-use std::time::{Duration, Instant};
-
-const MATERIALS: [&str; 3] = ["ecoflex-00-30", "mold-star-16", "dragon-skin-30"];
-
-/// A goal with hidden layout: nine points around each press, whole displacements.
-struct Twin {
-    goal: Goal,
-    rig: Rig,
-    target: Target,
-}
-
-/// A soft block with a stiff ball, a firm slab at one side and a stiff column: structure at several sizes.
-fn hidden(counts: [usize; 3]) -> Vec<u8> {
-    let [nx, ny, nz] = counts;
-    (0..nx * ny * nz)
-        .map(|c| {
-            let index = [c % nx, c / nx % ny, c / (nx * ny)];
-            let at = |k: usize, size: f64| size * (index[k] as f64 + 0.5) / counts[k] as f64;
-            let p = Vec3::new(at(0, 50.0), at(1, 40.0), at(2, 25.0));
-            let column = (p.x - 10.0).hypot(p.y - 29.0);
-            match () {
-                () if (p - Vec3::new(33.0, 15.0, 15.0)).norm() < 9.0 || column < 5.5 => 2,
-                () if p.z < 8.0 && p.x < 26.0 || p.z > 21.0 && p.y > 22.0 => 1,
-                () => 0,
-            }
-        })
-        .collect()
-}
-
-fn twin(counts: [usize; 3], more: &str) -> Twin {
-    let text = goal_text(
-        &format!("voxels = {counts:?}"),
-        &MATERIALS,
-        more,
-        PLACES.len(),
-        &[0.6, 1.2],
-    );
-    let mut goal = goal(&text).unwrap();
-    for example in &mut goal.setup.examples {
-        let middle = example.contact.point;
-        let around =
-            (0..9).map(|k| middle + Vec3::new(4.0 * (k % 3) as f64 - 4.0, 4.0 * (k / 3) as f64 - 4.0, 0.0));
-        example.points = around
-            .map(|place| MeasuredPoint {
-                place,
-                directions: vec![Vec3::x(), Vec3::y(), Vec3::z()],
-                displacements_mm: vec![vec![Some(0.0); 3]; 2],
-            })
-            .collect();
-        example.tolerances_mm = vec![vec![0.0; 2]; 9];
-    }
-    let rig = rig(&goal);
-    let options = equilibrium::Options::default();
-    let response = rig.bench().unwrap().respond(&hidden(counts), &options, &|| false);
-    assert!(response.complete);
-    let mut target = Target::new(&goal.setup.examples);
-    target.components = response.displacements.into_iter().map(Some).collect();
-    Twin { goal, rig, target }
-}
-
-fn found(twin: &Twin, rules: &VoxelRules, options: &Options) -> Found {
-    let space = Space::free(twin.goal.setup.cells.count(), MATERIALS.len());
-    search(
-        &twin.rig,
-        &twin.target,
-        &space,
-        rules,
-        options,
-        &|_, _| (),
-        &|| false,
-    )
-    .unwrap()
-}
-
-/// Simulations and linearisations that the search takes to be as good as `rms_mm`. A linearisation counts as a simulation.
-fn needed(found: &Found, rms_mm: f64) -> Option<usize> {
-    let reached = found.history.iter().find(|own| own.rms_mm <= rms_mm)?;
-    Some(reached.simulations + reached.linearisations)
-}
-
-fn compare(counts: [usize; 3], options: &Options, most: usize, least_budget: Duration) -> (Found, f64) {
-    let twin = twin(counts, "");
-    let cells = counts.iter().product();
-    let began = Instant::now();
-    let found = found(&twin, &VoxelRules::free(cells), options);
-    let own_time = began.elapsed();
-    let best = found.outcome.best[0].misfit;
-    println!(
-        "search: {:.3e} mm RMS, {:.3e} mm at most, relaxed {:.3e} mm, uniform {:.3e} mm; {} simulations, {} linearisations, {own_time:.1?}",
-        best.rms_mm,
-        best.max_mm,
-        found.relaxed_rms_mm,
-        found.outcome.best_uniform.as_ref().unwrap().misfit.rms_mm,
-        found.outcome.simulations,
-        found.linearisations
-    );
-    for own in &found.history {
-        println!(
-            "  {:3} simulations, {:3} linearisations: {:.3e} mm",
-            own.simulations, own.linearisations, own.rms_mm
-        );
-    }
-    let began = Instant::now();
-    let budget = own_time.max(least_budget);
-    let genetic = genetic::run(
-        &twin.rig,
-        &twin.target,
-        counts,
-        1,
-        options.tolerance,
-        most,
-        budget,
-    );
-    let needed = needed(&found, genetic.best_rms_mm);
-    let ratio = needed.map_or(0.0, |n| genetic.simulations as f64 / n as f64);
-    println!(
-        "genetic: {:.3e} mm RMS, {} simulations, {:.1?}; the search needs {needed:?} for that: {ratio:.0} times fewer",
-        genetic.best_rms_mm,
-        genetic.simulations,
-        began.elapsed()
-    );
-    (found, ratio)
-}
+use pliant::fem::mixture::{MixtureError, Mixtures, Reading};
+use pliant::fem::rig::Response;
+use std::time::Duration;
 
 /// Symmetry, features of two voxels at least and a connected material, and the same answer on one thread.
 #[test]
@@ -147,7 +25,7 @@ fn rules_hold_for_what_is_found() {
         most_simulations: 24,
         ..Options::default()
     };
-    let run = || found(&twin, &rules, &options);
+    let run = || twin.search(&twin.space(), 0.0, &rules, &options);
     let found = run();
     let best = &found.outcome.best[0];
     let at = |x: usize, y: usize, z: usize| best.layout[x + 8 * (y + 6 * z)];
@@ -160,7 +38,7 @@ fn rules_hold_for_what_is_found() {
     assert_eq!(one.install(run).outcome, found.outcome);
 }
 
-/// The small sister of `full_size`: both work for a fixed number of simulations, so that neither the machine nor its load
+/// The small sister of `cargo bench --bench voxels`: both work for a fixed number of simulations, so that neither the machine nor its load
 /// matters. The ratio grows with what the genetic algorithm is given.
 #[test]
 fn slow_needs_far_fewer_simulations_than_a_genetic_algorithm() {
@@ -176,19 +54,148 @@ fn slow_needs_far_fewer_simulations_than_a_genetic_algorithm() {
     assert!(ratio > 20.0, "{ratio}");
 }
 
-/// 20 × 16 × 10 voxels, ten presses: `cargo test --release --test voxels full_size -- --ignored --nocapture`; minutes.
-/// `PLIANT_VOXEL_SECONDS` is what the genetic algorithm is given at least.
+const SHORT: Options = Options {
+    seed: 1,
+    most_simulations: 24,
+    relaxing: 6,
+    cycles: 0,
+    readings: 600,
+    enough_mm: 0.0,
+    tolerance: 1e-3,
+};
+
+/// A space with the twin's volumes and neighbours, where the materials weigh 1, 2 and 3 and cost as much per cm³.
+fn weighed(twin: &Twin) -> Space {
+    Space {
+        densities_g_per_cm3: vec![1.0, 2.0, 3.0],
+        prices_per_cm3: vec![1.0, 2.0, 3.0],
+        ..twin.goal.space(&twin.rig).unwrap()
+    }
+}
+
 #[test]
-#[ignore = "takes many minutes"]
-fn full_size() {
-    let seconds = std::env::var("PLIANT_VOXEL_SECONDS")
-        .ok()
-        .and_then(|s| s.parse().ok());
-    let budget = Duration::from_secs(seconds.unwrap_or(0));
-    let options = Options {
-        most_simulations: 80,
-        ..Options::default()
+fn mass_and_forbidden_neighbours_are_kept() {
+    let twin = twin([8, 6, 4], "");
+    let (space, rules) = (weighed(&twin), VoxelRules::free(192));
+    let free = twin.search(&space, 0.0, &rules, &SHORT).outcome.best.remove(0);
+    let bounded = Space {
+        most_mass_g: 0.9 * space.mass_g(&free.layout),
+        apart: vec![[0, 2]],
+        ..space
     };
-    let (_, ratio) = compare([20, 16, 10], &options, usize::MAX, budget);
-    assert!(ratio > 1.0, "{ratio}");
+    assert!(!bounded.allows(&free.layout));
+    let found = twin.search(&bounded, 0.0, &rules, &SHORT).outcome;
+    let best = &found.best[0];
+    println!(
+        "free {:.4} mm, bounded {:.4} mm",
+        free.misfit.rms_mm, best.misfit.rms_mm
+    );
+    assert!(bounded.allows(&best.layout) && distinct(&best.layout) > 1);
+    assert!(best.score_mm < 0.5 * found.best_uniform.unwrap().score_mm);
+    // By what was found: the simulation of mixtures knows of the limit.
+    if let Basis::Relaxed = found.bound.basis {
+        assert!(found.bound.score_mm <= best.score_mm);
+    }
+}
+
+#[test]
+fn a_weighted_cost_makes_layouts_cheaper() {
+    let twin = twin([8, 6, 4], "");
+    let (space, rules) = (weighed(&twin), VoxelRules::free(192));
+    let dear = twin.search(&space, 0.0, &rules, &SHORT).outcome.best.remove(0);
+    // A tenth of what the best single material is off, for all of the cost.
+    let weight = 0.2 / space.cost(&dear.layout);
+    let cheap = twin.search(&space, weight, &rules, &SHORT).outcome.best.remove(0);
+    let score = |layout: &[u8], rms_mm: f64| rms_mm + weight * space.cost(layout);
+    println!(
+        "{:.4} mm at {:.1}, {:.4} mm at {:.1}",
+        dear.misfit.rms_mm,
+        space.cost(&dear.layout),
+        cheap.misfit.rms_mm,
+        space.cost(&cheap.layout)
+    );
+    assert!((cheap.score_mm - score(&cheap.layout, cheap.misfit.rms_mm)).abs() < 1e-12);
+    assert!(space.cost(&cheap.layout) < 0.95 * space.cost(&dear.layout));
+    assert!(cheap.score_mm < score(&dear.layout, dear.misfit.rms_mm));
+}
+
+/// Counts what is asked of it.
+struct Counting<'a> {
+    inner: &'a mut dyn MixtureBench,
+    pressed: usize,
+    derived: usize,
+}
+
+impl MixtureBench for Counting<'_> {
+    fn press(&mut self, shares: &[f64], tolerance: f64) -> Result<Option<Response>, MixtureError> {
+        self.pressed += 1;
+        self.inner.press(shares, tolerance)
+    }
+
+    fn derivatives(
+        &mut self,
+        shares: &[f64],
+        tolerance: f64,
+        readings: &[Reading],
+    ) -> Result<Option<DMatrix<f64>>, MixtureError> {
+        self.derived += 1;
+        self.inner.derivatives(shares, tolerance, readings)
+    }
+
+    fn recall(&mut self, key: &Key) -> Option<Vec<u8>> {
+        self.inner.recall(key)
+    }
+}
+
+/// A search that was ended goes on from its journal to what it would have found in one go.
+#[test]
+fn a_journal_goes_on_where_it_was() {
+    let twin = twin([8, 6, 4], "");
+    let (space, rules) = (twin.space(), VoxelRules::free(192));
+    let aim = Aim {
+        space: &space,
+        target: &twin.target,
+        cost_weight_mm: 0.0,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let run = |most_simulations: usize| -> (Found, [usize; 3]) {
+        let journal = Journal::open(&folder.path().join("journal.redb")).unwrap();
+        let mut own = OwnMixtures::new(Mixtures::new(&twin.rig, 192), &rules, &|| false);
+        let mut counting = Counting {
+            inner: &mut own,
+            pressed: 0,
+            derived: 0,
+        };
+        let mut bench = JournalledMixtures::new(&journal, &twin.rig, &rules, &mut counting);
+        let options = Options {
+            most_simulations,
+            ..SHORT
+        };
+        let found = search(&twin.rig, &aim, &rules, &options, &mut bench, &|_, _| ()).unwrap();
+        assert!(bench.error.is_none());
+        let recalled = bench.found;
+        (found, [recalled, counting.pressed, counting.derived])
+    };
+    let (first, [recalled, before, derived]) = run(9);
+    assert_eq!((recalled, before), (0, first.outcome.simulations));
+    assert!(derived > 1);
+    let (whole, [recalled, pressed, more]) = run(18);
+    assert_eq!((recalled, pressed), (before, whole.outcome.simulations - before));
+    assert_eq!(more, whole.linearisations - derived);
+    let alone = twin.search(
+        &space,
+        0.0,
+        &rules,
+        &Options {
+            most_simulations: 18,
+            ..SHORT
+        },
+    );
+    assert_eq!((&whole.outcome, &whole.history), (&alone.outcome, &alone.history));
+    let (again, [recalled, pressed, more]) = run(18);
+    assert_eq!(
+        (again.outcome, recalled),
+        (whole.outcome, alone.outcome.simulations)
+    );
+    assert_eq!((pressed, more), (0, 0));
 }

@@ -63,6 +63,9 @@ pub enum Basis {
         /// The surprise allowed for, as a share of the score that was expected.
         surprise: f64,
     },
+    /// The best mixture of the materials that was found is no better. Layouts are mixtures too, but there may be better
+    /// ones: heuristic.
+    Relaxed,
     /// Nothing is known: a uniform layout has no equilibrium, or none was simulated.
     Nothing,
 }
@@ -97,6 +100,10 @@ impl std::fmt::Display for Basis {
                 f,
                 "heuristic: a model of all layouts expects nothing better; it is allowed to be wrong by {:.0} % of what it expects, as the last of {checks} checks say",
                 100.0 * surprise
+            ),
+            Basis::Relaxed => write!(
+                f,
+                "heuristic: with shares of several materials in each cell nothing better was found either"
             ),
             Basis::Nothing => write!(f, "nothing is known"),
         }

@@ -34,6 +34,12 @@ use memory::{Halt, Memory};
 pub use bound::{Basis, Bound};
 pub use exhaustive::MOST_ENUMERATED;
 
+/// Scores that the search's haste may have swapped are this many times the largest change apart: one for each of the two,
+/// doubled.
+const HASTE: f64 = 4.0;
+/// At most how many of the best layouts are simulated again.
+const MOST_REFINED: usize = 2000;
+
 /// How a search walks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -304,6 +310,12 @@ fn outcome(memory: &Memory, options: &Options, counts: &Counts, bound: Bound, st
 }
 
 impl Outcome {
+    /// Brings the simulated layouts into order, each once, after some were added.
+    pub fn sort(&mut self) {
+        self.simulated.sort_by(by_score);
+        self.simulated.dedup_by(|a, b| a.layout == b.layout);
+    }
+
     /// How far the best layout may be from the best there is, as far as is known \[mm\].
     pub fn gap_mm(&self) -> f64 {
         self.best.first().map_or(f64::INFINITY, |best| {
@@ -312,29 +324,59 @@ impl Outcome {
     }
 
     /// Simulates the listed layouts again on `bench`, which is more accurate than the one that searched, and ranks them by
-    /// the errors found there: what is reported must not hold the search's haste. An interrupted refinement changes nothing.
+    /// the errors found there: what is reported must not hold the search's haste. Layouts that this haste may have put
+    /// behind the best are simulated again too: by the scores that have changed, the haste is known. An interrupted
+    /// refinement changes nothing.
     pub fn refined(mut self, aim: &Aim, bench: &mut dyn Bench) -> Outcome {
-        let mut layouts: Vec<Layout> = self.best.iter().map(|r| r.layout.clone()).collect();
-        layouts.extend(self.best_uniform.iter().map(|r| r.layout.clone()));
-        let progress = Progress {
-            phase: "refining",
-            level: [0, 0],
-            batch: layouts.len(),
-            best_mm: self.best.first().map_or(f64::INFINITY, |r| r.score_mm),
-            bound_mm: self.bound.score_mm,
-        };
-        let responses = bench.respond(&layouts, &progress);
-        if responses.iter().any(Option::is_none) {
-            return self;
-        }
-        for (ranked, response) in self.best.iter_mut().chain(&mut self.best_uniform).zip(&responses) {
-            if let Some(response) = response.as_ref().filter(|r| r.complete) {
-                *ranked = aim.rate(&ranked.layout, response);
-            }
-        }
-        self.best.sort_by(by_score);
+        let listed = self.best.len();
         let best_mm = self.best.first().map_or(f64::INFINITY, |r| r.score_mm);
-        self.bound.score_mm = self.bound.score_mm.min(best_mm);
+        let mut coarse = self.best.clone();
+        let uniform = self.best_uniform.iter().cloned();
+        coarse.extend(uniform.filter(|u| self.best.iter().all(|r| r.layout != u.layout)));
+        let mut fine: Vec<Ranked> = Vec::new();
+        let mut haste_mm = 0.0f64;
+        while !coarse.is_empty() {
+            let layouts: Vec<Layout> = coarse.iter().map(|r| r.layout.clone()).collect();
+            let progress = Progress {
+                phase: "refining",
+                level: [0, 0],
+                batch: layouts.len(),
+                best_mm,
+                bound_mm: self.bound.score_mm,
+            };
+            let responses = bench.respond(&layouts, &progress);
+            if responses.iter().any(Option::is_none) {
+                return self;
+            }
+            for (ranked, response) in coarse.drain(..).zip(responses.into_iter().flatten()) {
+                let again = match response.complete {
+                    true => aim.rate(&ranked.layout, &response),
+                    false => ranked.clone(),
+                };
+                let change = (again.score_mm - ranked.score_mm).abs();
+                // What the rules forbid, as a uniform layout may be, has no score.
+                haste_mm = haste_mm.max(if change.is_finite() { change } else { 0.0 });
+                fine.push(again);
+            }
+            let near = self.simulated.iter().take(MOST_REFINED);
+            coarse = near
+                .take_while(|r| r.score_mm <= best_mm + HASTE * haste_mm)
+                .filter(|r| fine.iter().all(|f| f.layout != r.layout))
+                .cloned()
+                .collect();
+        }
+        fine.sort_by(by_score);
+        if let Some(uniform) = &mut self.best_uniform {
+            let again = fine.iter().find(|r| r.layout == uniform.layout);
+            *uniform = again.cloned().unwrap_or_else(|| uniform.clone());
+        }
+        fine.retain(|r| aim.space.allows(&r.layout));
+        self.best = fine.into_iter().take(listed).collect();
+        let best_mm = self.best.first().map_or(f64::INFINITY, |r| r.score_mm);
+        self.bound.score_mm = match self.bound.basis {
+            Basis::Enumerated => best_mm,
+            _ => self.bound.score_mm.min(best_mm),
+        };
         self
     }
 }

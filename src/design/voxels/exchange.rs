@@ -61,6 +61,8 @@ pub fn choose(
 }
 
 /// κ (J_b − J_a) for every variable and material b, zero where that is no exchange.
+///
+/// Sums are exact.
 fn changes(linear: &Linear, choice: &[u8], free: &[bool], moduli: &[f64]) -> DMatrix<f64> {
     let m = linear.materials;
     let mut changes = DMatrix::zeros(linear.derivatives.nrows(), linear.derivatives.ncols());
@@ -68,8 +70,10 @@ fn changes(linear: &Linear, choice: &[u8], free: &[bool], moduli: &[f64]) -> DMa
         let a = a as usize;
         for b in (0..m).filter(|&b| b != a && free[v * m + b]) {
             let factor = 1.0 / (1.0 + BETA * (moduli[b] / moduli[a] - 1.0));
-            let change = linear.derivatives.column(v * m + b) - linear.derivatives.column(v * m + a);
-            changes.set_column(v * m + b, &(change * factor));
+            let mut change = linear.derivatives.column(v * m + b) - linear.derivatives.column(v * m + a);
+            let readings = change.len() - linear.sums;
+            change.rows_mut(0, readings).scale_mut(factor);
+            changes.set_column(v * m + b, &change);
         }
     }
     changes
@@ -93,6 +97,7 @@ mod tests {
                 }
             }),
             materials: 2,
+            sums: 0,
         };
         let free = [true; 8];
         let all = choose(&linear, &[0; 4], &free, &[1.0, 1.0], 4, &|_| true);

@@ -27,12 +27,31 @@ pub struct Linear {
     pub derivatives: DMatrix<f64>,
     /// Number of materials.
     pub materials: usize,
+    /// How many of the last rows are no readings: sums over the shares, exact whatever changes ([`super::limits`]).
+    pub sums: usize,
 }
 
 /// Shares of the materials in each variable, `(variables × materials)`.
 pub type Shares = Vec<f64>;
 
 impl Linear {
+    /// The same with one row more, a sum over the shares.
+    pub fn with_sum(&self, residual: f64, slopes: &[f64]) -> Linear {
+        let row = self.residual.len();
+        let mut more = Linear {
+            residual: self.residual.clone().insert_row(row, residual),
+            derivatives: self.derivatives.clone().insert_row(row, 0.0),
+            sums: self.sums + 1,
+            ..*self
+        };
+        more.derivatives
+            .row_mut(row)
+            .iter_mut()
+            .zip(slopes)
+            .for_each(|(d, s)| *d = *s);
+        more
+    }
+
     /// The shares of the step from `shares` towards `goal`; `damping` is μ as a share of the mean diagonal of J P Jᵀ, and
     /// `free` says which shares may be above zero.
     pub fn step(&self, shares: &[f64], goal: &[f64], damping: f64, free: &[bool]) -> Shares {
@@ -102,8 +121,16 @@ impl Linear {
 
     /// A material for each variable, allowed by `free`, so that the linearised readings are near the targets: variables
     /// one after the other in the given `order`, each with the material that leaves least. A material costs more the smaller its
-    /// share is: `firmness` 1 makes a whole share worth as much as a typical change of the readings.
-    pub fn rounded(&self, shares: &[f64], free: &[bool], order: &[u32], firmness: f64) -> Vec<u8> {
+    /// share is: `firmness` 1 makes a whole share worth as much as a typical change of the readings. Materials that the
+    /// choice so far does not `permit` are passed over where others are left.
+    pub fn rounded(
+        &self,
+        shares: &[f64],
+        free: &[bool],
+        order: &[u32],
+        firmness: f64,
+        permit: &dyn Fn(usize, u8, &[u8]) -> bool,
+    ) -> Vec<u8> {
         let m = self.materials;
         let variables = shares.len() / m;
         let scale = firmness * self.derivatives.norm_squared() / self.derivatives.ncols().max(1) as f64;
@@ -132,9 +159,9 @@ impl Linear {
                 };
                 let best = (0..m)
                     .filter(|&k| free[from + k])
-                    .map(|k| (price(k), k))
-                    .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let Some((_, best)) = best else { continue };
+                    .map(|k| (!permit(v, k as u8, &choice), price(k), k))
+                    .min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+                let Some((_, _, best)) = best else { continue };
                 bare.axpy(1.0, &self.derivatives.column(from + best), 1.0);
                 rest = bare;
                 changed |= now as usize != best;
@@ -209,6 +236,7 @@ mod tests {
             residual: DVector::from_fn(rows, |i, _| 0.3 * at(i, 1000)),
             derivatives: DMatrix::from_fn(rows, 3 * variables, at),
             materials: 3,
+            sums: 0,
         }
     }
 
@@ -235,14 +263,14 @@ mod tests {
         let linear = wide(200, 5);
         let shares = vec![1.0 / 3.0; 600];
         let order: Vec<u32> = (0..200).collect();
-        let choice = linear.rounded(&shares, &[true; 600], &order, 0.0);
+        let choice = linear.rounded(&shares, &[true; 600], &order, 0.0, &|_, _, _| true);
         let left = linear.moved(&shares, &shares_of(&choice, 3)).norm();
         // Where no single exchange helps, less is left than one is worth.
         let worth = (0..200)
             .map(|v| (linear.derivatives.column(3 * v) - linear.derivatives.column(3 * v + 1)).norm());
         let typical = worth.sum::<f64>() / 200.0;
         assert!(left < 0.6 * typical, "{left} of {typical}");
-        let firm = linear.rounded(&shares_of(&choice, 3), &[true; 600], &order, 1e6);
+        let firm = linear.rounded(&shares_of(&choice, 3), &[true; 600], &order, 1e6, &|_, _, _| true);
         assert_eq!(firm, choice);
     }
 }

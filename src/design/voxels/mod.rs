@@ -17,16 +17,24 @@
 //! | room | holds |
 //! |---|---|
 //! | [`rules`] | what ties cells together: symmetry, least feature; parts that must be connected |
+//! | [`bench`] | where mixtures are simulated and linearised |
 //! | [`linear`] | the step of mixtures, and the layout nearest to one in linearised readings |
+//! | `linearise` | the linearised problem at some shares, and what is chosen from it |
 //! | [`exchange`] | the exchanges that lower a linearised error most |
 //! | [`connected`] | connected parts |
 //! | [`walk`] | the phases |
+//! | `limits` | mass, cost, what cost is worth, what must not touch |
+//! | [`kept`] | a bench with a journal |
 //! | `combinations` | few combinations of very many readings |
 
+pub mod bench;
 mod combinations;
 pub mod connected;
 pub mod exchange;
+pub mod kept;
+mod limits;
 pub mod linear;
+mod linearise;
 pub mod rules;
 pub mod walk;
 
@@ -68,12 +76,19 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// What a decision depends on: all but the ends of the search.
+    fn setting(&self) -> String {
+        format!(
+            "{} {} {} {} {}",
+            self.seed, self.relaxing, self.cycles, self.readings, self.tolerance
+        )
+    }
+}
+
 /// Why there is no search.
 #[derive(Debug, thiserror::Error)]
 pub enum BadVoxels {
-    /// A rule that this search does not know.
-    #[error("{0} is not known to the search for layouts of voxels: leave it out, or use layers")]
-    Rule(&'static str),
     /// Options that cannot be.
     #[error("voxel search option {field} is 0: it must be at least 1")]
     Zero {

@@ -14,20 +14,19 @@
 //!
 //! The answer depends on the seed and not on the number of threads.
 
-use super::combinations::combinations;
+use super::bench::{Key, MixtureBench};
 use super::connected::Parts;
 use super::exchange;
+use super::kept::key;
+use super::limits::Limits;
 use super::linear::{Linear, Shares, shares_of};
+use super::linearise::{Linearised, State};
 use super::rules::VoxelRules;
 use super::{BadVoxels, Found, Milestone, Options};
-use crate::design::misfit::{Misfit, Target};
-use crate::design::search::{Basis, Bound, Outcome, Progress, Ranked, Stop};
-use crate::design::space::Space;
-use crate::fem::equilibrium;
-use crate::fem::mixture::{MixtureError, Mixtures, Pressed, Reading};
+use crate::design::search::{Aim, Basis, Bound, Outcome, Progress, Ranked, Stop};
+use crate::fem::mixture::{MixtureError, Mixtures};
 use crate::fem::rig::{Layout, Rig};
 use crate::math::mandel::Mandel;
-use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_xoshiro::Xoshiro256Plus;
@@ -42,23 +41,23 @@ const KEPT: f64 = 0.7;
 const SINGLES: usize = 6;
 /// How much more exact the layouts are simulated than the mixtures: exchanges change little.
 const EXACTER: f64 = 0.01;
-/// Residual of the adjoint solves: derivatives need not be more exact than a linearisation is.
-const ADJOINT_TOLERANCE: f64 = 1e-3;
-/// Most numbers in the derivatives.
-const MOST_NUMBERS: usize = 20_000_000;
+/// What a share above a limit is worth, in largest target displacements: more than any error.
+const BROKEN: f64 = 10.0;
+/// Mixtures this far above a limit, as a share of it, still count for the bound.
+const BARELY: f64 = 1e-2;
 
-/// Searches the layouts of a rig for one that behaves like the target.
+/// Searches the layouts of `rig` for one that behaves like the target. `bench` simulates: its shares are those of the variables
+/// of `rules`.
 ///
 /// # Errors
-/// [`BadVoxels`]: options or rules that cannot be, memory.
+/// [`BadVoxels`]: options that cannot be, memory.
 pub fn search(
     rig: &Rig,
-    target: &Target,
-    space: &Space,
+    aim: &Aim,
     rules: &VoxelRules,
     options: &Options,
+    bench: &mut dyn MixtureBench,
     watch: &dyn Fn(&Progress, usize),
-    cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Found, BadVoxels> {
     for (field, value) in [
         ("most_simulations", options.most_simulations),
@@ -68,17 +67,10 @@ pub fn search(
             return Err(BadVoxels::Zero { field });
         }
     }
-    let bounded = space.most_mass_g.is_finite() || space.most_cost.is_finite();
-    if bounded || !space.apart.is_empty() {
-        return Err(BadVoxels::Rule(if bounded {
-            "a limit on mass or cost"
-        } else {
-            "materials that must not touch"
-        }));
-    }
+    let space = aim.space;
     let mixtures = Mixtures::new(rig, space.cells);
-    let touching = mixtures.touching();
-    let filled: Vec<bool> = mixtures.volumes_mm3().iter().map(|&v| v > 0.0).collect();
+    let (touching, volumes_mm3) = (mixtures.touching(), mixtures.volumes_mm3());
+    let filled: Vec<bool> = volumes_mm3.iter().map(|&v| v > 0.0).collect();
     let mut free = vec![true; rules.variables * space.materials];
     for (allowed, &v) in space.allowed.iter().zip(&rules.variable_of_cell) {
         for m in (0..space.materials).filter(|&m| !allowed.contains(&(m as u8))) {
@@ -87,19 +79,21 @@ pub fn search(
     }
     let moduli = rig.laws.iter().map(|law| law.young_modulus(&Mandel::zeros()));
     let mut walk = Walk {
-        mixtures,
-        target,
-        space,
+        rig,
+        aim,
+        bench,
         parts: Parts {
             touching: &touching,
             filled: &filled,
             variable_of_cell: &rules.variable_of_cell,
             connected: &rules.connected,
         },
+        limits: Limits::new(aim, &rules.variable_of_cell, rules.variables),
+        volumes_mm3: &volumes_mm3,
         variables: rules.variables,
         options,
         watch,
-        cancelled,
+        setting: key(&[&format!("{aim:?}{rules:?}"), &options.setting()], &[]),
         free,
         moduli: moduli.collect(),
         random: Xoshiro256Plus::seed_from_u64(options.seed),
@@ -108,12 +102,13 @@ pub fn search(
         linearisations: 0,
         best: None,
         best_uniform: None,
-        relaxed_rms_mm: f64::NAN,
+        simulated: Vec::new(),
+        relaxed: None,
         history: Vec::new(),
         place: ("starting", [1, 1]),
     };
     let stop = match walk.run() {
-        Ok(()) if walk.best_rms_mm() <= options.enough_mm => Stop::GoodEnough,
+        Ok(()) if walk.best_mm() <= options.enough_mm => Stop::GoodEnough,
         Ok(()) if walk.simulations >= options.most_simulations => Stop::Exhausted,
         Ok(()) => Stop::Searched,
         Err(End::Interrupted) => Stop::Interrupted,
@@ -123,7 +118,7 @@ pub fn search(
 }
 
 /// Why a walk ends before its end.
-enum End {
+pub(super) enum End {
     Interrupted,
     Mixture(MixtureError),
 }
@@ -134,34 +129,33 @@ impl From<MixtureError> for End {
     }
 }
 
-struct Walk<'a> {
-    mixtures: Mixtures<'a>,
-    target: &'a Target,
-    space: &'a Space,
+pub(super) struct Walk<'a> {
+    pub(super) rig: &'a Rig,
+    pub(super) aim: &'a Aim<'a>,
+    pub(super) bench: &'a mut dyn MixtureBench,
     parts: Parts<'a>,
+    pub(super) limits: Limits,
+    volumes_mm3: &'a [f64],
     variables: usize,
-    options: &'a Options,
+    pub(super) options: &'a Options,
     watch: &'a dyn Fn(&Progress, usize),
-    cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// What every decision depends on.
+    pub(super) setting: Key,
     /// Which shares may be above zero, `(variables × materials)`.
-    free: Vec<bool>,
+    pub(super) free: Vec<bool>,
     moduli: Vec<f64>,
     random: Xoshiro256Plus,
     simulations: usize,
     failed: usize,
-    linearisations: usize,
-    best: Option<(Vec<u8>, Misfit)>,
-    best_uniform: Option<(u8, Misfit)>,
-    relaxed_rms_mm: f64,
+    pub(super) linearisations: usize,
+    /// The best layout: materials of the variables, error, and what it answered.
+    best: Option<(Vec<u8>, Ranked, State)>,
+    best_uniform: Option<Ranked>,
+    simulated: Vec<Ranked>,
+    /// Error and score of the best mixture \[mm\].
+    relaxed: Option<(f64, f64)>,
     history: Vec<Milestone>,
     place: (&'static str, [usize; 2]),
-}
-
-/// Shares with what they answered.
-struct State {
-    shares: Shares,
-    pressed: Pressed,
-    rms_mm: f64,
 }
 
 impl Walk<'_> {
@@ -170,103 +164,115 @@ impl Walk<'_> {
             return Ok(());
         };
         let mut state = self.relax(start, self.options.relaxing)?;
-        if self.space.most_materials < self.space.materials {
+        if self.aim.space.most_materials < self.aim.space.materials {
             self.keep_most_used(&state.shares);
             let shares = self.evened(&state.shares);
             state = self.mixed(shares)?;
             state = self.relax(state, self.options.relaxing)?;
         }
-        self.relaxed_rms_mm = state.rms_mm;
         self.round(state)?;
         self.exchange()?;
         for _ in 0..self.options.cycles {
-            let Some((choice, _)) = self.best.clone().filter(|_| !self.is_done()) else {
+            let Some(choice) = self
+                .best
+                .as_ref()
+                .map(|b| b.0.clone())
+                .filter(|_| !self.is_done())
+            else {
                 break;
             };
-            let layout = shares_of(&choice, self.space.materials);
+            let layout = shares_of(&choice, self.aim.space.materials);
             let even = self.evened(&vec![0.0; layout.len()]);
             let blend = layout.iter().zip(&even).map(|(l, e)| KEPT * l + (1.0 - KEPT) * e);
             let shares: Shares = blend.collect();
             self.place = ("relaxing", [0, self.options.relaxing]);
             let state = self.mixed(shares)?;
             let state = self.relax(state, self.options.relaxing)?;
-            self.relaxed_rms_mm = self.relaxed_rms_mm.min(state.rms_mm);
             self.round(state)?;
             self.exchange()?;
         }
         Ok(())
     }
 
-    fn best_rms_mm(&self) -> f64 {
-        self.best.as_ref().map_or(f64::INFINITY, |b| b.1.rms_mm)
+    /// The best score \[mm\].
+    fn best_mm(&self) -> f64 {
+        self.best.as_ref().map_or(f64::INFINITY, |b| b.1.score_mm)
     }
 
     fn is_done(&self) -> bool {
-        self.simulations >= self.options.most_simulations || self.best_rms_mm() <= self.options.enough_mm
+        self.simulations >= self.options.most_simulations || self.best_mm() <= self.options.enough_mm
     }
 
     /// Simulates shares of variables.
-    fn press(&mut self, shares: &[f64], tolerance: f64) -> Result<Pressed, End> {
+    fn press(&mut self, shares: Shares, tolerance: f64) -> Result<State, End> {
         let (phase, level) = self.place;
         let progress = Progress {
             phase,
             level,
             batch: 1,
-            best_mm: self.best_rms_mm(),
-            bound_mm: 0.0,
+            best_mm: self.best_mm(),
+            bound_mm: self.relaxed.map_or(0.0, |r| r.1),
         };
         (self.watch)(&progress, 0);
-        let m = self.space.materials;
-        let by_cell: Vec<f64> = self
-            .parts
-            .variable_of_cell
-            .iter()
-            .flat_map(|&v| &shares[v as usize * m..(v as usize + 1) * m])
-            .copied()
-            .collect();
-        let solver = equilibrium::Options::for_search(tolerance);
-        let pressed = self.mixtures.press(&by_cell, &solver, self.cancelled)?;
-        if (self.cancelled)() {
-            return Err(End::Interrupted);
-        }
+        let response = self.bench.press(&shares, tolerance)?.ok_or(End::Interrupted)?;
         self.simulations += 1;
-        self.failed += usize::from(!pressed.response.complete);
+        self.failed += usize::from(!response.complete);
         (self.watch)(&progress, 1);
-        Ok(pressed)
+        let rms_mm = self.aim.target.misfit(&response.displacements).rms_mm;
+        let score_mm = rms_mm + self.limits.worth_mm(&shares);
+        let excess = self.limits.excess(&shares);
+        Ok(State {
+            tolerance,
+            rms_mm,
+            score_mm,
+            merit_mm: score_mm + BROKEN * excess * self.aim.target.largest_mm(),
+            displacements: response.displacements,
+            complete: response.complete,
+            shares,
+            linear: Linearised::default(),
+        })
     }
 
+    /// Simulates mixtures.
     fn mixed(&mut self, shares: Shares) -> Result<State, End> {
-        let pressed = self.press(&shares, self.options.tolerance)?;
-        let rms_mm = self.target.misfit(&pressed.response.displacements).rms_mm;
-        Ok(State {
-            shares,
-            pressed,
-            rms_mm,
-        })
+        let state = self.press(shares, self.options.tolerance)?;
+        let is_better = self.relaxed.is_none_or(|known| state.score_mm < known.1);
+        if state.complete && is_better && self.limits.excess(&state.shares) < BARELY {
+            self.relaxed = Some((state.rms_mm, state.score_mm));
+        }
+        Ok(state)
     }
 
     /// Simulates a layout, and keeps it if it is the best.
     fn layout(&mut self, choice: &[u8]) -> Result<State, End> {
-        let shares = shares_of(choice, self.space.materials);
-        let pressed = self.press(&shares, EXACTER * self.options.tolerance)?;
-        let misfit = self.target.misfit(&pressed.response.displacements);
-        if pressed.response.complete && misfit.rms_mm < self.best_rms_mm() && self.may_be(choice) {
-            self.best = Some((choice.to_vec(), misfit));
+        let shares = shares_of(choice, self.aim.space.materials);
+        let state = self.press(shares, EXACTER * self.options.tolerance)?;
+        if !state.complete {
+            return Ok(state);
+        }
+        let misfit = self.aim.target.misfit(&state.displacements);
+        let ranked = self.aim.ranked(&self.by_cell(choice), misfit);
+        if !ranked.score_mm.is_finite() || !self.may_be(choice) {
+            return Ok(state);
+        }
+        let known_mm = self.best_uniform.as_ref().map_or(f64::INFINITY, |u| u.score_mm);
+        if choice.iter().all(|m| *m == choice[0]) && ranked.score_mm < known_mm {
+            self.best_uniform = Some(ranked.clone());
+        }
+        if ranked.score_mm < self.best_mm() {
+            self.best = Some((choice.to_vec(), ranked.clone(), state.clone()));
             self.history.push(Milestone {
                 simulations: self.simulations,
                 linearisations: self.linearisations,
                 rms_mm: misfit.rms_mm,
             });
         }
-        Ok(State {
-            shares,
-            rms_mm: misfit.rms_mm,
-            pressed,
-        })
+        self.simulated.push(ranked);
+        Ok(state)
     }
 
     fn may_be(&self, choice: &[u8]) -> bool {
-        self.space.allows(&self.by_cell(choice)) && self.parts.hold(choice)
+        self.aim.space.allows(&self.by_cell(choice)) && self.parts.hold(choice)
     }
 
     fn by_cell(&self, choice: &[u8]) -> Layout {
@@ -276,12 +282,12 @@ impl Walk<'_> {
 
     /// The best of the uniform layouts and the even mixture; `None` where none answers at all.
     fn start(&mut self) -> Result<Option<State>, End> {
-        let m = self.space.materials;
+        let m = self.aim.space.materials;
         self.place = ("uniform layouts", [1, m + 1]);
         let mut best: Option<State> = None;
         let better = |state: State, best: Option<State>| match best {
-            Some(best) if best.rms_mm <= state.rms_mm => Some(best),
-            _ if state.rms_mm.is_finite() => Some(state),
+            Some(best) if best.merit_mm <= state.merit_mm => Some(best),
+            _ if state.merit_mm.is_finite() => Some(state),
             best => best,
         };
         for k in 0..m {
@@ -289,13 +295,7 @@ impl Walk<'_> {
             if (0..self.variables).any(|v| !self.free[v * m + k]) {
                 continue;
             }
-            let choice = vec![k as u8; self.variables];
-            let state = self.layout(&choice)?;
-            let misfit = self.target.misfit(&state.pressed.response.displacements);
-            let known = self.best_uniform.map_or(f64::INFINITY, |b| b.1.rms_mm);
-            if state.pressed.response.complete && misfit.rms_mm < known {
-                self.best_uniform = Some((k as u8, misfit));
-            }
+            let state = self.layout(&vec![k as u8; self.variables])?;
             best = better(state, best);
         }
         self.place.1[0] = m + 1;
@@ -306,7 +306,7 @@ impl Walk<'_> {
 
     /// The nearest shares that are allowed.
     fn evened(&self, shares: &[f64]) -> Shares {
-        let m = self.space.materials;
+        let m = self.aim.space.materials;
         let mut result = shares.to_vec();
         for (own, free) in result.chunks_mut(m).zip(self.free.chunks(m)) {
             super::linear::project(own, free);
@@ -316,17 +316,16 @@ impl Walk<'_> {
 
     /// Frees none but the materials that are used most, as many as a layout may mix.
     fn keep_most_used(&mut self, shares: &[f64]) {
-        let m = self.space.materials;
-        let volumes = self.mixtures.volumes_mm3();
+        let m = self.aim.space.materials;
         let mut used = vec![0.0; m];
-        for (&v, volume) in self.parts.variable_of_cell.iter().zip(&volumes) {
+        for (&v, volume) in self.parts.variable_of_cell.iter().zip(self.volumes_mm3) {
             for (k, used) in used.iter_mut().enumerate() {
                 *used += volume * shares[v as usize * m + k];
             }
         }
         let mut order: Vec<usize> = (0..m).collect();
         order.sort_by(|&a, &b| used[b].total_cmp(&used[a]).then(a.cmp(&b)));
-        for &k in &order[self.space.most_materials.max(1)..] {
+        for &k in &order[self.aim.space.most_materials.max(1)..] {
             for v in 0..self.variables {
                 // A variable that may take nothing else keeps what it may take.
                 let others = (0..m).any(|o| o != k && self.free[v * m + o]);
@@ -337,26 +336,28 @@ impl Walk<'_> {
 
     /// Levenberg steps until they no longer help.
     fn relax(&mut self, mut state: State, most: usize) -> Result<State, End> {
-        let (mut damping, mut stalls, mut linear) = (1e-3, 0, None);
+        let (mut damping, mut stalls) = (1e-3, 0);
         for step in 0..most {
-            if stalls >= STALLS || self.is_done() || state.rms_mm <= 0.1 * self.options.enough_mm {
+            if stalls >= STALLS || self.is_done() || state.merit_mm <= 0.1 * self.options.enough_mm {
                 break;
             }
             self.place = ("relaxing", [step + 1, most]);
-            if linear.is_none() {
-                linear = Some(self.linear(&state)?);
+            let goal = state.shares.clone();
+            let shares = self.step(&mut state, goal, damping)?;
+            if shares == state.shares {
+                stalls += 1;
+                damping *= 10.0;
+                continue;
             }
-            let Some(known) = &linear else { break };
-            let shares = known.step(&state.shares, &state.shares, damping, &self.free);
             if step == 0 {
                 // So that there is a layout to answer with, whenever a user stops.
-                let choice = self.rounded(known, &shares, 1.0);
+                let choice = self.rounded(&mut state, &shares, 1.0)?;
                 self.layout(&choice)?;
             }
             let next = self.mixed(shares)?;
-            stalls += usize::from(next.rms_mm.is_nan() || next.rms_mm > 0.9 * state.rms_mm);
-            if next.rms_mm < state.rms_mm {
-                (state, linear) = (next, None);
+            stalls += usize::from(next.merit_mm.is_nan() || next.merit_mm > 0.9 * state.merit_mm);
+            if next.merit_mm < state.merit_mm {
+                state = next;
                 damping *= 0.1;
             } else {
                 damping *= 10.0;
@@ -365,14 +366,50 @@ impl Walk<'_> {
         Ok(state)
     }
 
-    /// A layout near `shares` in linearised readings, its parts connected where they must be and can.
-    fn rounded(&mut self, linear: &Linear, shares: &[f64], firmness: f64) -> Vec<u8> {
+    /// The shares of a step towards `goal`, within the limits.
+    fn step(&mut self, state: &mut State, goal: Shares, damping: f64) -> Result<Shares, End> {
+        let inputs = [damping]
+            .iter()
+            .chain(&goal)
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        self.decide(state, "step", inputs, |walk, linear, shares| {
+            let next = linear.step(shares, &goal, damping, &walk.free);
+            let bound = walk.limits.binding(linear, shares, &next);
+            bound.map_or(next, |bound| bound.step(shares, &goal, damping, &walk.free))
+        })
+    }
+
+    /// A layout near `near` in readings linearised at `state`, the rules kept where that can be.
+    fn rounded(&mut self, state: &mut State, near: &[f64], firmness: f64) -> Result<Vec<u8>, End> {
         let mut order: Vec<u32> = (0..self.variables as u32).collect();
         order.shuffle(&mut self.random);
-        let choice = linear.rounded(shares, &self.free, &order, firmness);
-        let m = self.space.materials;
+        let inputs = order.iter().flat_map(|v| v.to_le_bytes());
+        let inputs = inputs.chain(near.iter().chain([&firmness]).flat_map(|x| x.to_le_bytes()));
+        self.decide(state, "round", inputs.collect(), |walk, linear, shares| {
+            let limits = &walk.limits;
+            let permit = |v: usize, m: u8, choice: &[u8]| limits.permit(v, m, choice);
+            // The readings at `near`.
+            let moved = Linear {
+                residual: linear.moved(shares, near),
+                ..linear.clone()
+            };
+            let mut choice = moved.rounded(near, &walk.free, &order, firmness, &permit);
+            let layout = shares_of(&choice, linear.materials);
+            if let Some(bound) = limits.binding(&moved, near, &layout) {
+                choice = bound.rounded(near, &walk.free, &order, firmness, &permit);
+            }
+            let choice = walk.connected(&moved, near, choice);
+            limits.mended(&moved, near, choice, &walk.free)
+        })
+    }
+
+    /// The choice with the parts connected that must be, where that can be done.
+    fn connected(&self, linear: &Linear, shares: &[f64], choice: Vec<u8>) -> Vec<u8> {
+        let m = self.aim.space.materials;
+        let rest = linear.moved(shares, &shares_of(&choice, m));
         let price = |variables: &[u32], to: u8| {
-            let mut rest = linear.residual.clone();
+            let mut rest = rest.clone();
             for &v in variables {
                 let from = v as usize * m;
                 if !self.free[from + to as usize] {
@@ -383,8 +420,7 @@ impl Walk<'_> {
             }
             rest.norm()
         };
-        let mended = self.parts.mended(&choice, price);
-        mended.unwrap_or(choice)
+        self.parts.mended(&choice, price).unwrap_or(choice)
     }
 
     /// Goes from mixtures to a layout.
@@ -394,16 +430,15 @@ impl Walk<'_> {
                 break;
             }
             self.place = ("rounding", [step + 1, WAYS.len()]);
-            let linear = self.linear(&state)?;
-            let choice = self.rounded(&linear, &state.shares, 1.0);
+            let near = state.shares.clone();
+            let choice = self.rounded(&mut state, &near, 1.0)?;
             if way >= 1.0 {
                 self.layout(&choice)?;
                 break;
             }
-            let layout = shares_of(&choice, self.space.materials);
-            let towards = state.shares.iter().zip(&layout).map(|(s, l)| s + way * (l - s));
-            let goal: Shares = towards.collect();
-            let shares = linear.step(&state.shares, &goal, 1e-3, &self.free);
+            let layout = shares_of(&choice, self.aim.space.materials);
+            let towards = near.iter().zip(&layout).map(|(s, l)| s + way * (l - s));
+            let shares = self.step(&mut state, towards.collect(), 1e-3)?;
             state = self.mixed(shares)?;
         }
         Ok(())
@@ -411,17 +446,22 @@ impl Walk<'_> {
 
     /// Changes the best layout a few materials at a time as long as it gets better.
     fn exchange(&mut self) -> Result<(), End> {
-        let Some((mut choice, _)) = self.best.clone() else {
+        let Some((mut choice, _, mut state)) = self.best.clone() else {
             return Ok(());
         };
         let mut most = (self.variables / 16).max(4);
         let mut round = 1;
         self.place = ("exchanging", [round, round]);
-        let mut state = self.layout(&choice)?;
         while !self.is_done() {
-            let linear = self.linear(&state)?;
-            let allowed = |now: &[u8]| self.may_be(now);
-            let moves = exchange::choose(&linear, &choice, &self.free, &self.moduli, most, &allowed);
+            let inputs = choice
+                .iter()
+                .copied()
+                .chain((most as u64).to_le_bytes())
+                .collect();
+            let moves = self.decide(&mut state, "exchange", inputs, |walk, linear, _| {
+                let allowed = |now: &[u8]| walk.may_be(now);
+                exchange::choose(linear, &choice, &walk.free, &walk.moduli, most, &allowed)
+            })?;
             let Some((next, better)) = self.first_better(&choice, &moves)? else {
                 return Ok(());
             };
@@ -450,104 +490,43 @@ impl Walk<'_> {
             }
             let mut next = choice.to_vec();
             trial.iter().for_each(|&(v, m)| next[v as usize] = m);
-            let before = self.best_rms_mm();
+            let before = self.best_mm();
             let state = self.layout(&next)?;
-            if self.best_rms_mm() < before {
+            if self.best_mm() < before {
                 return Ok(Some((next, state)));
             }
         }
         Ok(None)
     }
 
-    /// Residuals of the readings and their derivatives.
-    fn linear(&mut self, state: &State) -> Result<Linear, End> {
-        self.linearisations += 1;
-        let (readings, residual) = self.readings(&state.pressed.response.displacements);
-        let derivatives = self.mixtures.derivatives(
-            &state.pressed,
-            &readings,
-            self.parts.variable_of_cell,
-            ADJOINT_TOLERANCE,
-        )?;
-        if (self.cancelled)() {
-            return Err(End::Interrupted);
-        }
-        let usable = derivatives.iter().all(|x| x.is_finite()) && residual.iter().all(|x| x.is_finite());
-        Ok(Linear {
-            derivatives: if usable {
-                derivatives
-            } else {
-                DMatrix::zeros(readings.len(), self.free.len())
-            },
-            residual: if usable {
-                DVector::from_vec(residual)
-            } else {
-                DVector::zeros(readings.len())
-            },
-            materials: self.space.materials,
-        })
-    }
-
-    /// The readings of all presses and levels, by press, with their residuals \[mm\].
-    fn readings(&mut self, displacements: &[f64]) -> (Vec<Reading>, Vec<f64>) {
-        let presses = &self.mixtures.rig().presses;
-        let levels: usize = presses.iter().map(|p| p.factors.len()).sum();
-        let most = self.options.readings.min(MOST_NUMBERS / self.free.len().max(1));
-        let most = (most / levels.max(1)).max(1);
-        let excess = self.target.excess(displacements);
-        let (mut readings, mut residuals) = (Vec::new(), Vec::new());
-        let mut start = 0;
-        for (k, press) in presses.iter().enumerate() {
-            let count = press.components();
-            for level in 0..press.factors.len() {
-                let own: Vec<Option<f64>> = (start..start + count)
-                    .map(|i| self.target.components[i].map(|_| excess[i]))
-                    .collect();
-                start += count;
-                for weights in combinations(&own, most, &mut self.random) {
-                    let all = weights.iter().zip(&own);
-                    residuals.push(all.map(|(w, r)| w * r.unwrap_or(0.0)).sum());
-                    readings.push(Reading {
-                        press: k,
-                        level,
-                        weights,
-                    });
-                }
-            }
-        }
-        (readings, residuals)
-    }
-
     fn found(self, stop: Stop) -> Found {
-        let ranked = |layout: Layout, misfit: Misfit| Ranked {
-            layout,
-            misfit,
-            score_mm: misfit.rms_mm,
-        };
-        let best = self.best.as_ref();
-        let best: Vec<Ranked> = best
-            .map(|(choice, misfit)| ranked(self.by_cell(choice), *misfit))
-            .into_iter()
-            .collect();
-        let uniform = self.best_uniform;
-        let best_uniform = uniform.map(|(m, misfit)| ranked(vec![m; self.space.cells], misfit));
-        Found {
-            outcome: Outcome {
-                simulated: best.clone(),
-                best,
-                best_uniform,
-                bound: Bound {
-                    score_mm: 0.0,
-                    basis: Basis::Nothing,
-                },
-                stop,
-                simulations: self.simulations,
-                failed: self.failed,
-                culled: 0,
-                merged: 0,
+        // Mixtures that are no better say nothing.
+        let bound = match self.relaxed.filter(|relaxed| relaxed.1 < self.best_mm()) {
+            Some((_, score_mm)) => Bound {
+                score_mm,
+                basis: Basis::Relaxed,
             },
+            None => Bound {
+                score_mm: 0.0,
+                basis: Basis::Nothing,
+            },
+        };
+        let mut outcome = Outcome {
+            best: self.best.into_iter().map(|best| best.1).collect(),
+            simulated: self.simulated,
+            best_uniform: self.best_uniform,
+            bound,
+            stop,
+            simulations: self.simulations,
+            failed: self.failed,
+            culled: 0,
+            merged: 0,
+        };
+        outcome.sort();
+        Found {
+            outcome,
             linearisations: self.linearisations,
-            relaxed_rms_mm: self.relaxed_rms_mm,
+            relaxed_rms_mm: self.relaxed.map_or(f64::NAN, |r| r.0),
             history: self.history,
         }
     }
