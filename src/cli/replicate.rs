@@ -129,8 +129,9 @@ impl Way {
 pub fn run(arguments: &Arguments) -> miette::Result<Answer> {
     let team = Team::join();
     match replicate(arguments, &team) {
-        // The leader meets the same mistake and reports it.
-        Err(_) if !team.leads() => Ok(Answer::Failed),
+        // The leader meets the same mistake and reports it. A process that ends with a failure code before that would have
+        // `mpirun` kill it.
+        Err(_) if !team.leads() => Ok(Answer::Done),
         answer => answer,
     }
 }
@@ -142,7 +143,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     let database = Database::open(&arguments.db).into_diagnostic()?;
     let mut goal = Goal::read(&arguments.design, &database).into_diagnostic()?;
     if goal.voxels.is_some() {
-        let plain = arguments.method == Way::Anytime && arguments.robust.is_none() && !arguments.thickness;
+        let plain = arguments.method == Way::Anytime && !arguments.thickness;
         replicate_voxels::check(&goal, plain)?;
     }
     let shaping = Shaping::asked(arguments.robust, arguments.thickness, arguments.seed, &goal)?;
@@ -194,7 +195,9 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         true => rules::fronts(&goal, &rig, &aim, &outcome),
         false => Vec::new(),
     };
-    let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, options.listed)?;
+    // Runners-up of thousands of cells would fill the layout's file.
+    let listed = if goal.voxels.is_some() { 1 } else { options.listed };
+    let shape = shaping.shape(&mut goal, &mut rig, &aim, &mut outcome, listed)?;
     let export = arguments.export(&goal);
     let work = Work {
         goal: &goal,

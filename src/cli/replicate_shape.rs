@@ -90,8 +90,14 @@ impl Shaping {
         let flag = stop::flag();
         if let Some((options, doubts)) = &self.robust {
             let judge = Judge::new(rig, target, doubts.clone(), *options, flag).into_diagnostic()?;
-            let layouts: Vec<Layout> = outcome.best.iter().map(|r| r.layout.clone()).collect();
-            shape.forecasts = judge.improved(aim.space, &layouts);
+            // Voxels have too many neighbours to exchange with: what the search simulated on its way is judged.
+            if goal.voxels.is_some() {
+                let near = outcome.simulated.iter().take(JUDGED);
+                shape.forecasts = judge.ranked(&near.map(|r| r.layout.clone()).collect::<Vec<_>>());
+            } else {
+                let near = outcome.best.iter().map(|r| r.layout.clone());
+                shape.forecasts = judge.improved(aim.space, &near.collect::<Vec<_>>());
+            }
             shape.forecasts.truncate(listed);
             shape.quantile = Some(options.quantile);
             if !shape.forecasts.is_empty() {

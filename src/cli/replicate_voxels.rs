@@ -32,7 +32,7 @@ pub fn check(goal: &Goal, plain: bool) -> miette::Result<()> {
         return Ok(());
     }
     Err(miette!(
-        "{}: it has {} voxels, for which there is one way to search and no --robust or --thickness: leave these and --method out",
+        "{}: it has {} voxels, for which there is one way to search and no --thickness: leave it and --method out",
         goal.file().display(),
         goal.setup.cells.count()
     ))

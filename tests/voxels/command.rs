@@ -106,6 +106,57 @@ fn a_layout_of_voxels_is_found_simulated_and_exported() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("not those of the goal"));
 }
 
+/// Prices, a limit, forbidden neighbours, doubts about the materials, the set against cost; and all of it from the journal.
+#[test]
+fn rules_doubts_and_the_set_are_answered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/block/block.stl");
+    fs::copy(mesh, folder.path().join("block.stl")).expect("a copy");
+    let materials = ["ecoflex-00-30", "mold-star-16", "dragon-skin-20"];
+    let rules = "apart = [[\"ecoflex-00-30\", \"dragon-skin-20\"]]\nmost_mass = \"56 g\"\ncost_weight = \"0.01 mm/EUR\"\n\
+                 [palette.price]\necoflex-00-30 = \"40 EUR/kg\"\nmold-star-16 = \"30 EUR/kg\"\ndragon-skin-20 = \"25 EUR/kg\"";
+    let text = goal_text("voxels = [4, 3, 2]", &materials, rules, 2, &[0.5, 1.0]);
+    let text = text.replace("displacements_mm = [0.0, 0.0]", "displacements_mm = [0.2, 0.4]");
+    fs::write(folder.path().join("goal.toml"), &text).expect("a goal");
+    let run = || {
+        let answer = pliant(
+            folder.path(),
+            &[
+                "replicate",
+                "goal.toml",
+                "--no-export",
+                "--robust",
+                "--pareto",
+                "--json",
+            ],
+        );
+        assert!(
+            answer.status.success(),
+            "{}",
+            String::from_utf8_lossy(&answer.stderr)
+        );
+        serde_json::from_slice::<serde_json::Value>(&answer.stdout).expect("JSON")
+    };
+    let first = run();
+    let number = |name: &str| first[name].as_f64().expect("a number");
+    assert!(number("mass_g") <= 56.0 && number("pessimistic_rms_mm") > number("rms_mm"));
+    assert_eq!(first["currency"], "EUR");
+    let rows = first["pareto"].as_array().expect("rows");
+    let of = |row: &serde_json::Value, name: &str| row[name].as_f64().expect("a number");
+    let costs: Vec<&serde_json::Value> = rows.iter().filter(|r| r["against"] == "cost").collect();
+    assert!(costs.len() > 1, "{rows:?}");
+    for pair in costs.windows(2) {
+        assert!(of(pair[0], "cost") < of(pair[1], "cost") && of(pair[0], "rms_mm") > of(pair[1], "rms_mm"));
+    }
+    let layout = fs::read(folder.path().join("found/layout.toml")).expect("a file");
+    let again = run();
+    assert_eq!(again["from_journal"], first["simulations"]);
+    assert_eq!(
+        fs::read(folder.path().join("found/layout.toml")).expect("a file"),
+        layout
+    );
+}
+
 #[test]
 fn mistakes_are_answered_with_their_line() {
     for (cut, more, message) in [
