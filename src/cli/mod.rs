@@ -63,8 +63,6 @@ pub enum Answer {
     Done,
     /// No: exit code 1 (a record does not validate, a solve does not reach its load).
     Negative,
-    /// An error that another process of this run reports: exit code 2.
-    Failed,
 }
 
 /// Reads the arguments, runs the command, and answers with the exit code.
@@ -83,7 +81,6 @@ pub fn main() -> ExitCode {
     match run(&cli) {
         Ok(Answer::Done) => ExitCode::SUCCESS,
         Ok(Answer::Negative) => ExitCode::from(1),
-        Ok(Answer::Failed) => ExitCode::from(2),
         Err(report) => {
             terminal::complain(&report);
             ExitCode::from(2)

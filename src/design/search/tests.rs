@@ -217,6 +217,52 @@ fn enumeration_simulates_everything_once_and_finds_the_optimum() {
 }
 
 /// A small space is enumerated by the default method too, and the answer is proved.
+/// Springs read in haste: each number is off by up to 3 % of itself, in no order.
+struct Hasty(Springs);
+
+impl Bench for Hasty {
+    fn respond(&mut self, layouts: &[Layout], progress: &Progress) -> Vec<Option<Response>> {
+        let mut answers = self.0.respond(layouts, progress);
+        for (layout, answer) in layouts.iter().zip(&mut answers) {
+            let number = layout.iter().fold(7u64, |n, &m| 31 * n + u64::from(m));
+            for (k, x) in answer.iter_mut().flat_map(|a| &mut a.displacements).enumerate() {
+                let digits = (number + 13 * k as u64).wrapping_mul(2_654_435_761) >> 7 & 1023;
+                *x *= 1.0 + 0.03 * (digits as f64 / 511.5 - 1.0);
+            }
+        }
+        answers
+    }
+}
+
+/// A layout that haste put behind others is simulated again, though it is not listed.
+#[test]
+fn haste_is_made_up_for() {
+    let space = Space::free(5, 6);
+    let one = Options {
+        listed: 1,
+        ..options(Method::Exhaustive)
+    };
+    let mut misled = 0;
+    for hidden in hidden_layouts() {
+        let target = target(&hidden);
+        let aim = Aim {
+            space: &space,
+            target: &target,
+            cost_weight_mm: 0.0,
+        };
+        let coarse = search(&aim, &one, &mut Hasty(springs_bench(usize::MAX))).unwrap();
+        let true_mm = |r: &Ranked| target.misfit(&springs(&r.layout)).rms_mm;
+        misled += usize::from(true_mm(&coarse.best[0]) > 1e-9);
+        let mut fine = springs_bench(usize::MAX);
+        let refined = coarse.refined(&aim, &mut fine);
+        assert!(true_mm(&refined.best[0]) < 1e-9, "{hidden:?}");
+        assert_eq!(refined.best.len(), 1);
+        assert_eq!(refined.bound.score_mm, refined.best[0].score_mm);
+        assert!(fine.simulated < 6usize.pow(5) / 3, "{}", fine.simulated);
+    }
+    assert!(misled > 2, "{misled} of 12");
+}
+
 #[test]
 fn a_small_space_ends_in_proof() {
     let outcome = found(

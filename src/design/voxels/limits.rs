@@ -214,3 +214,86 @@ impl Limits {
 fn sum(slopes: &[f64], shares: &[f64]) -> f64 {
     slopes.iter().zip(shares).map(|(s, w)| s * w).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Three variables in a row, three materials that weigh 1, 2 and 3.
+    fn row(most: f64, worth: Vec<f64>, apart: Vec<[u8; 2]>) -> Limits {
+        Limits {
+            limits: vec![Limit {
+                slopes: [1.0, 2.0, 3.0].repeat(3),
+                most,
+            }],
+            worth,
+            touching: vec![vec![1], vec![0, 2], vec![1]],
+            apart,
+            materials: 3,
+        }
+    }
+
+    fn linear() -> Linear {
+        Linear {
+            residual: DVector::from_vec(vec![0.3, -0.2]),
+            derivatives: DMatrix::from_fn(2, 9, |i, k| 0.1 * ((5 * i + 3 * k) % 7) as f64 - 0.25),
+            materials: 3,
+            sums: 0,
+        }
+    }
+
+    /// The gradient of the linearised problem is n R times that of R + K, by central differences of the latter.
+    #[test]
+    fn a_weighted_cost_pulls_as_its_score_does() {
+        let worth: Vec<f64> = (0..9).map(|k| 0.01 * (k % 4) as f64).collect();
+        let limits = row(100.0, worth.clone(), Vec::new());
+        let shares = [0.2, 0.5, 0.3].repeat(3);
+        let plain = linear();
+        let rms = |r: &DVector<f64>| (r.norm_squared() / 2.0).sqrt();
+        let rms_mm = rms(&plain.residual);
+        let with = limits.with_worth(plain.clone(), &shares, 2, rms_mm, 1.0);
+        assert_eq!((with.sums, with.residual.len()), (1, 3));
+        let gradient = with.derivatives.tr_mul(&with.residual);
+        for k in 0..9 {
+            let score = |step: f64| {
+                let mut moved = shares.clone();
+                moved[k] += step;
+                rms(&plain.moved(&shares, &moved)) + sum(&worth, &moved)
+            };
+            let slope = (score(1e-6) - score(-1e-6)) / 2e-6;
+            assert!((gradient[k] - 2.0 * rms_mm * slope).abs() < 1e-8, "{k}");
+        }
+    }
+
+    #[test]
+    fn clashes_and_what_is_too_heavy_are_mended() {
+        let limits = row(5.0, Vec::new(), vec![[0, 2]]);
+        let shares = vec![1.0 / 3.0; 9];
+        assert!(!limits.permit(1, 2, &[0, u8::MAX, u8::MAX]) && limits.permit(1, 1, &[0, u8::MAX, u8::MAX]));
+        for choice in [[2, 0, 2], [2, 2, 2], [0, 2, 0], [2, 1, 1]] {
+            let mended = limits.mended(&linear(), &shares, choice.to_vec(), &[true; 9]);
+            assert!((0..3).all(|v| limits.permit(v, mended[v], &mended)), "{choice:?}");
+            assert!(
+                mended.iter().map(|m| m + 1).sum::<u8>() <= 5,
+                "{choice:?} {mended:?}"
+            );
+        }
+        // Nothing is changed where nothing need be.
+        let kept = limits.mended(&linear(), &shares, vec![0, 1, 1], &[true; 9]);
+        assert_eq!(kept, [0, 1, 1]);
+    }
+
+    #[test]
+    fn a_step_ends_at_its_limit() {
+        let limits = row(5.0, Vec::new(), Vec::new());
+        let (plain, free) = (linear(), [true; 9]);
+        let shares = vec![1.0 / 3.0; 9];
+        let heavy = [0.0, 0.0, 1.0].repeat(3);
+        let bound = limits.binding(&plain, &shares, &heavy).expect("a row");
+        let next = bound.step(&shares, &shares, 1e-6, &free);
+        let weight = sum(&limits.limits[0].slopes, &next);
+        assert!((weight / 5.0 - INSIDE).abs() < 1e-3, "{weight}");
+        assert!(limits.binding(&plain, &shares, &next).is_none());
+    }
+}

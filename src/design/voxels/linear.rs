@@ -27,7 +27,7 @@ pub struct Linear {
     pub derivatives: DMatrix<f64>,
     /// Number of materials.
     pub materials: usize,
-    /// How many of the last rows are no readings: sums over the shares, exact whatever changes ([`super::limits`]).
+    /// How many of the last rows are no readings: sums over the shares, exact whatever changes (`limits`).
     pub sums: usize,
 }
 

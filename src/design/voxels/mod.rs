@@ -17,7 +17,7 @@
 //! | room | holds |
 //! |---|---|
 //! | [`rules`] | what ties cells together: symmetry, least feature; parts that must be connected |
-//! | [`bench`] | where mixtures are simulated and linearised |
+//! | [`mod@bench`] | where mixtures are simulated and linearised |
 //! | [`linear`] | the step of mixtures, and the layout nearest to one in linearised readings |
 //! | `linearise` | the linearised problem at some shares, and what is chosen from it |
 //! | [`exchange`] | the exchanges that lower a linearised error most |

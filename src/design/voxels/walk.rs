@@ -129,6 +129,7 @@ impl From<MixtureError> for End {
     }
 }
 
+/// A search under way.
 pub(super) struct Walk<'a> {
     pub(super) rig: &'a Rig,
     pub(super) aim: &'a Aim<'a>,
@@ -490,6 +491,9 @@ impl Walk<'_> {
             }
             let mut next = choice.to_vec();
             trial.iter().for_each(|&(v, m)| next[v as usize] = m);
+            if !self.may_be(&next) {
+                continue;
+            }
             let before = self.best_mm();
             let state = self.layout(&next)?;
             if self.best_mm() < before {
