@@ -68,6 +68,9 @@ impl Journal {
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder).map_err(|e| broken(e.to_string()))?;
         }
+        if !file.exists() {
+            begin(file)?;
+        }
         match Database::create(file) {
             Ok(store) => Ok(Journal {
                 store,
@@ -156,6 +159,32 @@ impl Journal {
         }
         writing.commit().map_err(|e| self.broken(e))
     }
+}
+
+/// Makes an empty store aside and names it `file` when it is whole: one that was killed on the way could not be opened.
+fn begin(file: &Path) -> Result<(), JournalError> {
+    let broken = |reason: String| JournalError::Broken {
+        file: file.to_path_buf(),
+        reason,
+    };
+    let mut name = file.as_os_str().to_owned();
+    name.push(".new");
+    let aside = PathBuf::from(name);
+    let made = match Database::create(&aside) {
+        Err(DatabaseError::DatabaseAlreadyOpen) => {
+            return Err(JournalError::Busy {
+                file: file.to_path_buf(),
+            });
+        }
+        // What an earlier kill left.
+        Err(_) if aside.exists() => {
+            std::fs::remove_file(&aside).map_err(|e| broken(e.to_string()))?;
+            Database::create(&aside)
+        }
+        made => made,
+    };
+    drop(made.map_err(|e| broken(e.to_string()))?);
+    std::fs::rename(&aside, file).map_err(|e| broken(e.to_string()))
 }
 
 /// What the response of any layout depends on, but for its laws.
@@ -274,5 +303,30 @@ impl Bench for Journalled<'_> {
             known[i] = response;
         }
         known
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a kill left of a store that was being made is no trouble; what is none is left alone.
+    #[test]
+    fn a_store_is_named_when_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("j.redb");
+        std::fs::write(folder.path().join("j.redb.new"), "torn").unwrap();
+        let journal = Journal::open(&file).unwrap();
+        journal.decide(&[7; 16], b"this").unwrap();
+        drop(journal);
+        let journal = Journal::open(&file).unwrap();
+        assert_eq!(journal.decision(&[7; 16]).unwrap().as_deref(), Some(&b"this"[..]));
+        assert_eq!(journal.decision(&[8; 16]).unwrap(), None);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        assert!(matches!(Journal::open(&file), Err(JournalError::Busy { .. })));
+        let other = folder.path().join("other");
+        std::fs::write(&other, "no journal").unwrap();
+        assert!(Journal::open(&other).is_err());
+        assert_eq!(std::fs::read(&other).unwrap(), b"no journal");
     }
 }
