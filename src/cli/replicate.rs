@@ -5,7 +5,7 @@ use super::replicate_outcome::{Work, bound_words};
 use super::replicate_rules as rules;
 use super::replicate_shape::Shaping;
 use super::replicate_voxels;
-use super::searching::{Setting, Team};
+use super::searching::{Searched, Setting, Team};
 use super::terminal::{say, warn};
 use crate::design::goal::Goal;
 use crate::design::misfit::Target;
@@ -175,19 +175,7 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
         listed: shaping.candidates().max(options.listed),
         ..options
     };
-    let searching = match &goal.voxels {
-        Some(rules) => {
-            let task = replicate_voxels::Task {
-                goal: &goal,
-                rig: &rig,
-                aim: &aim,
-                rules,
-                pareto: arguments.pareto,
-            };
-            replicate_voxels::search(team, &task, &all, arguments.tolerance(), &setting)?
-        }
-        None => team.search(&rig, &aim, &all, &setting)?,
-    };
+    let searching = search_with(arguments, team, &goal, &rig, &aim, &all, &setting)?;
     let mut outcome = searching.outcome.clone();
     // Of the layers as drawn and the materials as fitted, which the steps below leave.
     let bound = bound_words(&outcome, goal.voxels.is_some());
@@ -219,6 +207,29 @@ fn replicate(arguments: &Arguments, team: &Team) -> miette::Result<Answer> {
     };
     work.write_and_tell()?;
     Ok(Answer::Done)
+}
+
+/// The search for layers, or for voxels.
+fn search_with(
+    arguments: &Arguments,
+    team: &Team,
+    goal: &Goal,
+    rig: &Rig,
+    aim: &Aim,
+    options: &search::Options,
+    setting: &Setting,
+) -> miette::Result<Searched> {
+    let Some(rules) = &goal.voxels else {
+        return team.search(rig, aim, options, setting);
+    };
+    let task = replicate_voxels::Task {
+        goal,
+        rig,
+        aim,
+        rules,
+        pareto: arguments.pareto,
+    };
+    replicate_voxels::search(team, &task, options, arguments.tolerance(), setting)
 }
 
 /// The solver's options, once all options are such as can be.

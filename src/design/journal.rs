@@ -17,8 +17,8 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Key of a response: the first half of its SHA-256.
-pub(super) type Key = [u8; 16];
+/// Key of what is kept: the first half of the SHA-256 of all that it depends on.
+pub type Key = [u8; 16];
 
 /// Whole or not, then the displacements, eight bytes each, low byte first.
 const RESPONSES: TableDefinition<Key, &[u8]> = TableDefinition::new("responses, 1");

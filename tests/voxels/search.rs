@@ -2,10 +2,10 @@
 
 use crate::twin::{Twin, compare, twin};
 use nalgebra::DMatrix;
-use pliant::design::journal::Journal;
-use pliant::design::search::{Aim, Basis};
+use pliant::design::journal::{Journal, Key};
+use pliant::design::search::Aim;
 use pliant::design::space::{Space, distinct};
-use pliant::design::voxels::bench::{Key, MixtureBench, OwnMixtures};
+use pliant::design::voxels::bench::{MixtureBench, OwnMixtures};
 use pliant::design::voxels::kept::JournalledMixtures;
 use pliant::design::voxels::rules::VoxelRules;
 use pliant::design::voxels::{Found, Options, search};
@@ -49,7 +49,7 @@ fn slow_needs_far_fewer_simulations_than_a_genetic_algorithm() {
     let (found, ratio) = compare([8, 6, 4], &options, 500, Duration::from_secs(3600));
     let best = found.outcome.best[0].misfit.rms_mm;
     let uniform = found.outcome.best_uniform.unwrap().misfit.rms_mm;
-    // Seen: 0.009 of 0.2 mm, 25 times.
+    // Seen: 0.009 of 0.2 mm, 30 times.
     assert!(best < 0.06 * uniform, "{best} of {uniform}");
     assert!(ratio > 20.0, "{ratio}");
 }
@@ -92,10 +92,7 @@ fn mass_and_forbidden_neighbours_are_kept() {
     );
     assert!(bounded.allows(&best.layout) && distinct(&best.layout) > 1);
     assert!(best.score_mm < 0.5 * found.best_uniform.unwrap().score_mm);
-    // By what was found: the simulation of mixtures knows of the limit.
-    if let Basis::Relaxed = found.bound.basis {
-        assert!(found.bound.score_mm <= best.score_mm);
-    }
+    assert!(found.bound.score_mm <= best.score_mm);
 }
 
 #[test]

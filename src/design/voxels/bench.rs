@@ -1,6 +1,7 @@
 //! Where mixtures are simulated and linearised.
 
 use super::rules::VoxelRules;
+use crate::design::journal::Key;
 use crate::fem::equilibrium::Options;
 use crate::fem::mixture::{MixtureError, Mixtures, Pressed, Reading};
 use crate::fem::rig::Response;
@@ -11,9 +12,6 @@ use std::collections::VecDeque;
 const ADJOINT_TOLERANCE: f64 = 1e-3;
 /// Simulations whose displacement fields stay at hand. A rejected step goes back by one.
 const AT_HAND: usize = 2;
-
-/// Names a decision by everything that it depends on.
-pub type Key = [u8; 16];
 
 /// Simulates and linearises mixtures. `shares`, `(variables × materials)`; an answer of `None` says that the user asked to
 /// stop.

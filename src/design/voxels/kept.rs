@@ -4,9 +4,9 @@
 //! on. A search that begins again finds both and makes the same way without simulating, until it comes to what is new;
 //! only there are the displacement fields made again that the next linearisation needs.
 
-use super::bench::{Key, MixtureBench};
+use super::bench::MixtureBench;
 use super::rules::VoxelRules;
-use crate::design::journal::{Journal, JournalError, identity};
+use crate::design::journal::{Journal, JournalError, Key, identity};
 use crate::fem::mixture::{MixtureError, Reading};
 use crate::fem::rig::{Response, Rig};
 use nalgebra::DMatrix;

@@ -14,7 +14,7 @@
 //!
 //! The answer depends on the seed and not on the number of threads.
 
-use super::bench::{Key, MixtureBench};
+use super::bench::MixtureBench;
 use super::connected::Parts;
 use super::exchange;
 use super::kept::key;
@@ -23,6 +23,7 @@ use super::linear::{Linear, Shares, shares_of};
 use super::linearise::{Linearised, State};
 use super::rules::VoxelRules;
 use super::{BadVoxels, Found, Milestone, Options};
+use crate::design::journal::Key;
 use crate::design::search::{Aim, Basis, Bound, Outcome, Progress, Ranked, Stop};
 use crate::fem::mixture::{MixtureError, Mixtures};
 use crate::fem::rig::{Layout, Rig};
@@ -37,6 +38,8 @@ const WAYS: [f64; 4] = [0.3, 0.5, 0.7, 1.0];
 const STALLS: usize = 2;
 /// Share of the best layout in the mixtures that a further cycle starts from; the rest is even.
 const KEPT: f64 = 0.7;
+/// How much a layout is held to the mixtures that it is rounded from ([`Linear::rounded`]).
+const FIRMNESS: f64 = 1.0;
 /// Single exchanges that are tried before exchanging ends.
 const SINGLES: usize = 6;
 /// How much more exact the layouts are simulated than the mixtures: exchanges change little.
@@ -352,7 +355,7 @@ impl Walk<'_> {
             }
             if step == 0 {
                 // So that there is a layout to answer with, whenever a user stops.
-                let choice = self.rounded(&mut state, &shares, 1.0)?;
+                let choice = self.rounded(&mut state, &shares)?;
                 self.layout(&choice)?;
             }
             let next = self.mixed(shares)?;
@@ -382,11 +385,11 @@ impl Walk<'_> {
     }
 
     /// A layout near `near` in readings linearised at `state`, the rules kept where that can be.
-    fn rounded(&mut self, state: &mut State, near: &[f64], firmness: f64) -> Result<Vec<u8>, End> {
+    fn rounded(&mut self, state: &mut State, near: &[f64]) -> Result<Vec<u8>, End> {
         let mut order: Vec<u32> = (0..self.variables as u32).collect();
         order.shuffle(&mut self.random);
         let inputs = order.iter().flat_map(|v| v.to_le_bytes());
-        let inputs = inputs.chain(near.iter().chain([&firmness]).flat_map(|x| x.to_le_bytes()));
+        let inputs = inputs.chain(near.iter().flat_map(|x| x.to_le_bytes()));
         self.decide(state, "round", inputs.collect(), |walk, linear, shares| {
             let limits = &walk.limits;
             let permit = |v: usize, m: u8, choice: &[u8]| limits.permit(v, m, choice);
@@ -395,10 +398,10 @@ impl Walk<'_> {
                 residual: linear.moved(shares, near),
                 ..linear.clone()
             };
-            let mut choice = moved.rounded(near, &walk.free, &order, firmness, &permit);
+            let mut choice = moved.rounded(near, &walk.free, &order, FIRMNESS, &permit);
             let layout = shares_of(&choice, linear.materials);
             if let Some(bound) = limits.binding(&moved, near, &layout) {
-                choice = bound.rounded(near, &walk.free, &order, firmness, &permit);
+                choice = bound.rounded(near, &walk.free, &order, FIRMNESS, &permit);
             }
             let choice = walk.connected(&moved, near, choice);
             limits.mended(&moved, near, choice, &walk.free)
@@ -432,7 +435,7 @@ impl Walk<'_> {
             }
             self.place = ("rounding", [step + 1, WAYS.len()]);
             let near = state.shares.clone();
-            let choice = self.rounded(&mut state, &near, 1.0)?;
+            let choice = self.rounded(&mut state, &near)?;
             if way >= 1.0 {
                 self.layout(&choice)?;
                 break;
